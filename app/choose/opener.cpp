@@ -20,14 +20,6 @@ class Listener : public Client {
   void receive(std::string) override {}
 };
 
-/// The name in the folder, or with a number behind its stem where there is such a file.
-fs::path free_name(const fs::path& folder, const fs::path& name) {
-  fs::path out = folder / name;
-  for (int k = 2; fs::exists(out); ++k)
-    out = folder / fmt::format("{}-{}{}", name.stem().string(), k, name.extension().string());
-  return out;
-}
-
 }  // namespace
 
 void tell_progress(Progress& progress, const Context& outer, std::function<void(const json&)> tell) {
@@ -38,9 +30,14 @@ void tell_progress(Progress& progress, const Context& outer, std::function<void(
   });
 }
 
-Opener::Opener(const Context& context, LiveSite& site, fs::path folder,
+Opener::Opener(const Context& context, LiveSite& site, fs::path folder, std::function<fs::path(const fs::path&)> run_of,
                std::function<void(const Context&, const fs::path&)> open)
-    : context_(context), site_(site), folder_(std::move(folder)), open_(std::move(open)), thread_([this] { work(); }) {
+    : context_(context),
+      site_(site),
+      folder_(std::move(folder)),
+      run_of_(std::move(run_of)),
+      open_(std::move(open)),
+      thread_([this] { work(); }) {
   site_.at_end([this] { stop(); });
 }
 
@@ -59,6 +56,14 @@ void Opener::show() {
   site_.show({open_page(), [](std::shared_ptr<Connection>) { return std::make_unique<Listener>(); }});
 }
 
+/// The name in the folder, or with a number behind its stem where that is taken.
+fs::path Opener::free_name(const fs::path& name) const {
+  fs::path out = folder_ / name;
+  for (int k = 2; fs::exists(out) || fs::exists(run_of_(out)); ++k)
+    out = folder_ / fmt::format("{}-{}{}", name.stem().string(), k, name.extension().string());
+  return out;
+}
+
 std::string Opener::take(const std::string& name, const fs::path& file) {
   const std::lock_guard lock(mutex_);
   std::error_code error;
@@ -67,7 +72,7 @@ std::string Opener::take(const std::string& name, const fs::path& file) {
     return "A scene is open already: reload this page.";
   }
   // What a file is may be told by its name alone.
-  const fs::path scene = free_name(folder_, name);
+  const fs::path scene = free_name(name);
   fs::rename(file, scene, error);
   if (error) return "The file cannot be kept: " + error.message();
   if (splats_at(scene).empty()) {

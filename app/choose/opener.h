@@ -23,8 +23,10 @@ LocalServer::Page open_page();
 class Opener {
  public:
   /// `open` makes the site show the scene in a file, in a thread of the opener; what it throws is told to the page, and
-  /// another file may follow.  Files are kept in `folder`, under a name of their own where theirs is taken.
+  /// another file may follow.  Files are kept in `folder`, under a name of their own where theirs is taken, or where
+  /// there is the run directory that `run_of` a scene names.
   Opener(const Context& context, LiveSite& site, std::filesystem::path folder,
+         std::function<std::filesystem::path(const std::filesystem::path& scene)> run_of,
          std::function<void(const Context&, const std::filesystem::path& scene)> open);
   ~Opener();
 
@@ -33,6 +35,7 @@ class Opener {
   std::string take(const std::string& name, const std::filesystem::path& file);
 
  private:
+  std::filesystem::path free_name(const std::filesystem::path& name) const;
   void stop();
   void work();
   void tell(const nlohmann::json& message);
@@ -40,6 +43,7 @@ class Opener {
   const Context& context_;
   LiveSite& site_;
   const std::filesystem::path folder_;
+  const std::function<std::filesystem::path(const std::filesystem::path&)> run_of_;
   const std::function<void(const Context&, const std::filesystem::path&)> open_;
 
   std::mutex mutex_;

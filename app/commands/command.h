@@ -16,7 +16,7 @@ struct Program {
   uint64_t seed = 1;
   int threads = 0;
   bool quiet = false, json = false, overwrite = false;
-  std::string command_line;  ///< as typed, for the report
+  std::string command_line;  ///< as a shell reads it, for the report
   bool help_all = false;     ///< the help shows the options of stages as well
   /// Of every command: an earlier spelling of an option and the one that took its place.
   std::map<std::string, std::map<std::string, std::string>> renamed;

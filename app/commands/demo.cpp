@@ -29,7 +29,9 @@ struct RemovedAtEnd {
 /// Makes the scene in a temporary folder that is renamed when whole.  A folder made with equal options is kept; one
 /// made with other options is a usage error unless the user asks to overwrite.
 json make_demo_once(Context& context, DemoOptions options) {
-  const fs::path out = options.out;
+  // Without a slash at its end: what is made beside it is named after it.
+  fs::path out = fs::weakly_canonical(options.out);
+  if (!out.has_filename()) out = out.parent_path();
   json wanted = {{"pliant", PLIANT_VERSION},     {"seed", options.seed},     {"gaussians", options.gaussians},
                  {"training", options.training}, {"photos", options.photos}, {"width", options.width},
                  {"height", options.height},     {"video", options.video}};

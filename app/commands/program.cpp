@@ -26,8 +26,30 @@ void request_interrupt(int signal) {
   interrupt_requested = 1;
 }
 
-/// Turns the JSON object of --config FILE into options placed before the user's own, which therefore win.
-std::vector<std::string> expand_config(int argc, const char* const* argv) {
+/// The command that the arguments choose.
+const CLI::App& chosen_command(const CLI::App& app, const std::vector<std::string>& arguments) {
+  const CLI::App* command = &app;
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    if (arguments[i].starts_with("-")) {
+      const CLI::Option* option = command->get_option_no_throw(arguments[i]);
+      if (option && option->get_items_expected_max() > 0) ++i;  // its value
+      continue;
+    }
+    const auto named = [&](const CLI::App* sub) { return sub->check_name(arguments[i]); };
+    if (const auto found = command->get_subcommands(named); !found.empty()) command = found.front();
+  }
+  return *command;
+}
+
+/// Whether the arguments hold an option, by any of its names.
+bool is_given(const CLI::Option& option, const std::vector<std::string>& arguments) {
+  return std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
+    return option.check_name(argument.substr(0, argument.find('=')));
+  });
+}
+
+/// Turns the JSON object of --config FILE into options behind the user's own; those that the user gives are left out.
+std::vector<std::string> expand_config(const CLI::App& app, int argc, const char* const* argv) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   for (size_t i = 0; i < arguments.size(); ++i) {
     std::string file;
@@ -39,20 +61,21 @@ std::vector<std::string> expand_config(int argc, const char* const* argv) {
     const nlohmann::json config = nlohmann::json::parse(read_text(file), nullptr, false);
     if (!config.is_object())
       throw usage_error(file, "", "is not a JSON object", "write {\"young\": 20000, \"duration\": 4}");
+    arguments.erase(arguments.begin() + i, arguments.begin() + i + (arguments[i] == "--config" ? 2 : 1));
+    const CLI::App& command = chosen_command(app, arguments);
     std::vector<std::string> options;
     for (const auto& [key, value] : config.items()) {
       const std::string flag = "--" + key;
-      bool given = false;
-      for (const std::string& argument : arguments) given |= argument == flag || argument.rfind(flag + "=", 0) == 0;
-      if (given) continue;
+      const CLI::Option* option = command.get_option_no_throw(flag);
+      if (option && is_given(*option, arguments)) continue;
       const nlohmann::json list = value.is_array() ? value : nlohmann::json::array({value});
       for (const nlohmann::json& item : list) {
-        if (item.is_boolean() && !item.get<bool>()) continue;
-        options.push_back(flag);
+        const bool is_flag = option && option->get_items_expected_max() == 0;
+        if (is_flag && item == false) continue;
+        options.push_back(flag);  // which is refused where there is no such option, or where it lacks a value
         if (!item.is_boolean()) options.push_back(item.is_string() ? item.get<std::string>() : item.dump());
       }
     }
-    arguments.erase(arguments.begin() + i, arguments.begin() + i + (arguments[i] == "--config" ? 2 : 1));
     arguments.insert(arguments.end(), options.begin(), options.end());
     break;
   }
@@ -117,14 +140,14 @@ int run_program(int argc, const char* const* argv) {
     program.help_all = true;
     word = "--help";
   }
-  for (int i = 0; i < argc; ++i) program.command_line += (i ? " " : "") + std::string(argv[i]);
+  for (int i = 0; i < argc; ++i) program.command_line += (i ? " " : "") + quoted_word(argv[i]);
   add_commands(app, program);
   try {
     if (argc < 2) {
       std::fprintf(stderr, "%s", app.help().c_str());
       return static_cast<int>(Failure::kUsage);
     }
-    std::vector<std::string> arguments = expand_config(argc, words.data());
+    std::vector<std::string> arguments = expand_config(app, argc, words.data());
     std::reverse(arguments.begin(), arguments.end());
     app.parse(arguments);
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
+#include "app/reconstruct/trained_scene.h"
 
 namespace pliant {
 
@@ -26,6 +27,7 @@ void add_reconstruct(CLI::App& app, Program& program) {
     program.action = [options, command, &program](Context& context) {
       check_given(*command, options->stage);
       const std::string out = program.out.empty() ? default_out(options->source, "scene") : program.out;
+      refuse_own_source(out, find_photo_set(options->source, options->stage.photos), options->stage);
       RunDirectory run = RunDirectory::create(out);
       const nlohmann::json summary = run_reconstruct(context, run, options->source, options->stage);
       context.progress.say(fmt::format("scene: {}", run.path().string()));

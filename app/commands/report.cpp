@@ -17,7 +17,8 @@ namespace {
 std::string times_table(const json& stages) {
   std::string rows;
   double total = 0;
-  for (const char* name : {"segment", "extract", "repair", "seed", "predict", "fit", "simulate", "render", "page"}) {
+  for (const char* name :
+       {"label", "segment", "extract", "repair", "fill", "seed", "predict", "fit", "simulate", "render", "page"}) {
     if (!stages.contains(name)) continue;
     const double seconds = stages[name]["wall_s"];
     total += seconds;

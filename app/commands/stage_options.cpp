@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/reconstruct/photo_set.h"
+#include "app/reconstruct/trained_scene.h"
 #include "app/segment/label_choice.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/splats/splats.h"
@@ -87,6 +88,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     throw usage_error("--orbit-views", std::to_string(*options.orbit_views), "does nothing: the scene has cameras",
                       "leave it out");
   if (untrained || segment.joint) {
+    refuse_own_source(run / "scene", find_photo_set(source, stage.photos), stage);
     RunDirectory reconstruction = RunDirectory::create(run / "scene");
     run_reconstruct(context, reconstruction, source, stage);
     source = reconstruction.path();

@@ -5,6 +5,7 @@
 #include "app/commands/stage_options.h"
 #include "app/live/live_view.h"
 #include "app/run/attach_scene.h"
+#include "app/run/scene_parts.h"
 #include "app/segment/segment_stage.h"
 #include "gaussians/base/error.h"
 
@@ -16,9 +17,18 @@ namespace {
 struct Viewed {
   RunDirectory run;
   Scene scene;
+  bool simulated = false;  ///< an object of the scene as it is now
 };
 
-/// The run directory, or that of a scene, whose objects are found where that is not done.
+/// Hashes of the files of splats that are among the inputs of a stage.
+json splats_of(const json& inputs) {
+  json out = json::object();
+  for (const auto& [role, hash] : inputs.items())
+    if (role.starts_with("splats ")) out[role] = hash;
+  return out;
+}
+
+/// The run directory, or that of a scene, whose objects are found where that is not done for its splats as they are.
 Viewed open_viewed(const Context& context, const std::string& source, const std::string& out) {
   const std::filesystem::path folder = source;
   // A reconstructed scene has a run.json of its own.
@@ -27,9 +37,19 @@ Viewed open_viewed(const Context& context, const std::string& source, const std:
     throw usage_error("--out", out, "was given together with a run directory", "leave it out, or name the scene");
   RunDirectory run =
       is_run ? RunDirectory::open(source) : RunDirectory::create(out.empty() ? default_out(source, "run") : out);
-  Scene scene = is_run ? load_run_scene(run) : attach_scene(context, run, source, {});
-  if (!run.has("segment")) run_segment(context, run, scene, {});
-  return {std::move(run), std::move(scene)};
+  // The options that a known scene was loaded with stay.
+  const bool known = is_run || (run.scene().is_object() &&
+                                run.scene()["source"] == std::filesystem::weakly_canonical(source).string());
+  Scene scene = known ? load_run_scene(run) : attach_scene(context, run, source, {});
+  StageKey key;
+  key.inputs = record_of({ScenePart::kSplats}, scene).files;
+  const json splats = splats_of(record_of(key, context.seed)["inputs"]);
+  const auto has_read = [&](const char* stage) {
+    return run.has(stage) && splats_of(run.manifest()["stages"][stage]["inputs"]) == splats;
+  };
+  if (!has_read("segment")) run_segment(context, run, scene, {});
+  const bool simulated = run.has("simulate") && has_read("extract");
+  return {std::move(run), std::move(scene), simulated};
 }
 
 /// Shows a page for a scene that is not there yet, then the choice of an object in it.
@@ -42,9 +62,9 @@ json view_dropped(const Context& context, ViewOptions options, const std::filesy
   LiveSite site;
   std::unique_ptr<Viewed> viewed;
   std::unique_ptr<Chooser> chooser;
-  Opener opener(context, site, folder, [&](const Context& opening, const std::filesystem::path& scene) {
-    viewed = std::make_unique<Viewed>(
-        open_viewed(opening, scene.string(), (folder / default_out(scene.string(), "run")).string()));
+  const auto run_of = [&](const std::filesystem::path& scene) { return folder / default_out(scene.string(), "run"); };
+  Opener opener(context, site, folder, run_of, [&](const Context& opening, const std::filesystem::path& scene) {
+    viewed = std::make_unique<Viewed>(open_viewed(opening, scene.string(), run_of(scene).string()));
     chooser = std::make_unique<Chooser>(context, viewed->run, viewed->scene, site);
     chooser->show();
   });
@@ -73,7 +93,7 @@ void add_view(CLI::App& app, Program& program) {
       Viewed viewed = open_viewed(context, *source, program.out);
       LiveSite site;
       Chooser chooser(context, viewed.run, viewed.scene, site);
-      if (viewed.run.has("simulate") && !options->choose)
+      if (viewed.simulated && !options->choose)
         site.show(live_screen(context, viewed.run, viewed.scene));
       else
         chooser.show();

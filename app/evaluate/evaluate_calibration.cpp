@@ -50,7 +50,10 @@ std::map<std::string, Rows> read_bands(const std::filesystem::path& file, double
       throw row.complaint(symmetric ? "sigma" : "low", "makes a band without width around the estimate",
                           "give sigma > 0, or low < estimate < high");
     rows["all"].push_back(stated);
-    if (has("quantity")) rows[row.text("quantity")].push_back(stated);
+    if (!has("quantity")) continue;
+    if (row.text("quantity") == "all")
+      throw row.complaint("quantity", "'all' is the name of all rows together", "give it another name");
+    rows[row.text("quantity")].push_back(stated);
   }
   if (rows.size() == 2) rows.erase("all");
   for (const auto& [quantity, bands] : rows)

@@ -199,7 +199,7 @@ class WorldBuilder {
     it.contact = ContactKind::kSticky;
     it.region = Region::cylinder(centre - b.half_height * b.normal, centre + b.half_height * b.normal, b.radius);
     it.vector = b.translation * b.normal;
-    it.angular_velocity = b.rotation * b.normal;
+    it.angular_velocity = -b.rotation * b.normal;  // PhysGaussian's horizontal axes are left-handed about it
     it.pivot = centre;
   }
 
@@ -225,15 +225,15 @@ class WorldBuilder {
       note(fmt::format("release_particles_sequentially: {} layers {}", layers,
                        compat_ ? "as PhysGaussian overrides it" : "as written; PhysGaussian always takes 50"));
     for (int k = 0; k < layers; ++k) {
-      // Layer k and all after it are held until its time comes.
+      // Layer k and all between it and the end, on either side of it, are held until its time comes.
       Boundary timed = b;
-      timed.start = 0;
-      timed.end = b.start + (b.end - b.start) * k / layers;
-      if (!(timed.end > 0)) continue;
-      const double plane = b.start_position + (b.end_position - b.start_position) * k / layers;
+      timed.end = b.end * (k + 1) / layers;
+      const double half = std::abs(b.start_position - b.end_position) * (layers - k) / layers;
+      if (!(timed.end > timed.start && half > 0)) continue;
       Interaction& it = push(InteractionType::kCollider, timed);
       it.contact = ContactKind::kSticky;
-      it.region = Region::cylinder(plane * b.normal, b.end_position * b.normal, 4 * c_.grid_lim);
+      it.region =
+          Region::cylinder((b.end_position - half) * b.normal, (b.end_position + half) * b.normal, 4 * c_.grid_lim);
     }
   }
 

@@ -8,7 +8,6 @@
 #include <functional>
 #include <numeric>
 
-#include "gaussians/base/error.h"
 #include "gaussians/base/morton.h"
 #include "gaussians/render/blend_weights.h"
 #include "gaussians/render/deform.h"
@@ -206,12 +205,10 @@ CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPac
         static_cast<double>(motion) * step.drivers / static_cast<double>(clip.level.driving_position.size());
     if (step.drivers > kMotionLevels.back() && static_cast<double>(least - motion) + fewer > static_cast<double>(bytes))
       continue;
-    if (!fits()) continue;
-    for (const auto& [kind, words] : lost) given_up.push_back(words);
-    return clip;
+    if (fits()) break;
   }
-  throw usage_error("--html-size", std::to_string(bytes), fmt::format("is too small: the minimum is {}", least),
-                    "give more, or --no-html");
+  for (const auto& [kind, words] : lost) given_up.push_back(words);
+  return clip;
 }
 
 }  // namespace pliant

@@ -55,8 +55,7 @@ class ClipCoder {
 void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
                const Binding& binding);
 
-/// The best choice whose sections fit into `bytes`, and what was given up, as words.  Throws
-/// Error{kUsage} when nothing fits.
+/// The best choice whose sections fit into `bytes`, or the smallest one, and what was given up, as words.
 CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPacker& packer,
                       std::vector<std::string>& given_up);
 

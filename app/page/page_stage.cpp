@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/page/clip_budget.h"
@@ -73,22 +74,27 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
              camera.scaled(std::min(1.0, kPosterSide / std::max(camera.width, camera.height))), options)
           .color;
   const std::string poster = encode_webp(to_8_bit(first), 80);
-  std::string video;
-  if (in.files.count("clip") && fs::file_size(in.files.at("clip")) < kVideoShare * static_cast<double>(stage.size))
-    video = read_text(in.files.at("clip"));
+  const size_t film = in.files.count("clip") ? fs::file_size(in.files.at("clip")) : 0;
+  const auto film_in = [&](size_t size) {
+    return static_cast<double>(film) < kVideoShare * static_cast<double>(size) ? film : 0;
+  };
+  const std::string video = film_in(stage.size) > 0 ? read_text(in.files.at("clip")) : "";
 
   const SessionSetup setup = session_setup(run, scene, moving.particles);
   ClipCoder coder(std::move(moving), scene, views);
   SectionPacker packer;
   const std::vector<SolverLevel> levels = solver_levels(setup, scene, coder.moving());
-  const size_t around = page_template().size() + page_style().size() + page_script().size() + kHeader +
-                        4 * (poster.size() + video.size()) / 3 +
-                        solver_bytes(setup, scene, coder.moving(), levels, packer);
-  if (stage.size <= around)
-    throw usage_error("--html-size", std::to_string(stage.size), "is too small for a page", "give more, or --no-html");
+  const size_t code = page_template().size() + page_style().size() + page_script().size() + kHeader +
+                      solver_bytes(setup, scene, coder.moving(), levels, packer);
+  const auto around = [&](size_t size) { return code + 4 * (poster.size() + film_in(size)) / 3; };
+  const size_t bytes = stage.size - std::min(stage.size, around(stage.size));
   ClipPage page;
   std::vector<std::string> given_up;
-  const CodedClip clip = fit_to_size(coder, stage.size - around, page.file, packer, given_up);
+  const CodedClip clip = fit_to_size(coder, bytes, page.file, packer, given_up);
+  if (const size_t least = packer.pack(page.file); least > bytes)
+    throw usage_error("--html-size", std::to_string(stage.size),
+                      fmt::format("is too small: the minimum is {}", least + around(least + around(0))),
+                      "give more, or --no-html");
   const MovingScene& drawn = coder.moving();
   add_solver(page.file, clip.level, setup, scene, levels);
   const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]});

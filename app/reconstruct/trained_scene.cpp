@@ -44,6 +44,21 @@ std::string path_from(const fs::path& folder, const fs::path& file) {
 
 }  // namespace
 
+void refuse_own_source(const fs::path& folder, const PhotoSet& set, const ReconstructStage& stage) {
+  const std::pair<const char*, fs::path> sources[] = {{"cameras", set.cameras},
+                                                      {"photos", set.photos},
+                                                      {"masks", set.settings.masks},
+                                                      {"masks", stage.masks},
+                                                      {"splats", stage.splats}};
+  for (const auto& [what, source] : sources) {
+    if (source.empty()) continue;
+    const fs::path within = fs::weakly_canonical(source).lexically_relative(fs::weakly_canonical(folder));
+    if (!within.empty() && *within.begin() != "..")
+      throw usage_error("--out", folder.string(), fmt::format("contains the {} to train on", what),
+                        "give another folder");
+  }
+}
+
 std::vector<std::string> write_trained_scene(const fs::path& folder, const TrainedScene& scene) {
   std::vector<std::string> lost;
   const SceneFile& settings = scene.set.settings;

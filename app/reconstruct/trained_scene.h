@@ -1,6 +1,6 @@
 #pragma once
 
-#include "app/reconstruct/photo_set.h"
+#include "app/reconstruct/reconstruct_stage.h"
 #include "gaussians/reconstruct/training_photos.h"
 
 namespace pliant {
@@ -21,6 +21,9 @@ struct TrainedScene {
 /// says besides is update_scene_file's.  What an earlier training wrote there is removed.  Returns sentences about what
 /// could not be kept.
 std::vector<std::string> write_trained_scene(const std::filesystem::path& folder, const TrainedScene& scene);
+
+/// Throws Error{kUsage} where a scene in `folder` would replace what it is to be trained on.
+void refuse_own_source(const std::filesystem::path& folder, const PhotoSet& set, const ReconstructStage& stage);
 
 /// scene.json of a trained scene says what the source's says now, besides what the training made.
 void update_scene_file(const std::filesystem::path& folder, const PhotoSet& set);

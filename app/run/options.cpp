@@ -72,6 +72,14 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
   return values;
 }
 
+std::string quoted_word(const std::string& word) {
+  constexpr const char* kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_@%+=:,./-";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 const std::set<std::string>& brief_options() {
   static const std::set<std::string> names = {
       "up",      "metres-per-unit", "object-height", "time-limit", "box",       "click",        "stroke",

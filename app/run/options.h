@@ -68,6 +68,9 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
 size_t parse_count(const std::string& option, const std::string& text);
 double parse_duration(const std::string& option, const std::string& text);
 
+/// A word of a command line, in quotes where a shell would read it otherwise.
+std::string quoted_word(const std::string& word);
+
 /// Options that need no prefix where several stages meet, which is in `run`: those that most people need.
 const std::set<std::string>& brief_options();
 

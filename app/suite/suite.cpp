@@ -57,12 +57,15 @@ json repair_methods() {
           {"opencv", {{"what", "the best of OpenCV's inpaintings, each view by itself"}}}};
 }
 
-/// Scores of a suite that are there.
-std::vector<fs::path> scores_in(const fs::path& folder) {
-  std::error_code none;
+/// Scores of a suite that are there; those of earlier settings do not count.
+std::vector<fs::path> scores_in(const fs::path& folder, const json& settings) {
   std::vector<fs::path> scores;
-  for (const auto& entry : fs::recursive_directory_iterator(folder / "scores", none))
-    if (entry.path().extension() == ".json") scores.push_back(entry.path());
+  for (const auto& [task, methods] : settings["methods"].items())
+    for (const auto& [method, what] : methods.items())
+      for (const auto& [scene, demo] : settings["scenes"].items()) {
+        const fs::path score = folder / "scores" / task / method / (scene + ".json");
+        if (fs::exists(score)) scores.push_back(score);
+      }
   return scores;
 }
 
@@ -70,12 +73,6 @@ int expected_scores(const json& settings) {
   int count = 0;
   for (const json& methods : settings["methods"]) count += static_cast<int>(methods.size() * settings["scenes"].size());
   return count;
-}
-
-std::string quoted(const std::string& word) {
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
 }
 
 }  // namespace
@@ -157,21 +154,21 @@ json run_suite(const Context& context, const json& settings, const SuiteStage& s
   // The lock above stands for Snakemake's, which outlives a killed one.
   const int workers = stage.workers > 0 ? stage.workers : static_cast<int>(std::thread::hardware_concurrency());
   std::string command = fmt::format("exec snakemake --nolock --rerun-incomplete --keep-going --directory {} -s {}",
-                                    quoted(out), quoted((folder / "Snakefile").string()));
+                                    quoted_word(out), quoted_word((folder / "Snakefile").string()));
   command += stage.cluster.empty() ? fmt::format(" --cores {}", workers)
-                                   : fmt::format(" --cluster {} --jobs {}", quoted(stage.cluster), workers);
+                                   : fmt::format(" --cluster {} --jobs {}", quoted_word(stage.cluster), workers);
   ChildProcess snakemake(
       {.command = command + " results", .argument = "--quiet", .log = log, .interrupted = context.interrupted});
   const int total = expected_scores(settings);
   context.progress.begin("suite", total);
   std::optional<int> code;
   while (!(code = snakemake.wait(2)))
-    context.progress.done(std::min(total, static_cast<int>(scores_in(folder).size())));
+    context.progress.done(std::min(total, static_cast<int>(scores_in(folder, settings).size())));
   context.progress.end();
   if (*code != 0)
     throw input_error(log.string(), "", fmt::format("Snakemake ended with {}: {}", *code, snakemake.last_words()),
                       "see the logs beside it; the same command continues");
-  const std::vector<fs::path> scores = scores_in(folder);
+  const std::vector<fs::path> scores = scores_in(folder, settings);
   json failed = json::array();
   for (const fs::path& file : scores)
     if (const json score = read_json(file); score.contains("failed"))

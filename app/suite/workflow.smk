@@ -269,7 +269,15 @@ rule results:
         text += f"{len(SCENES)} scenes: `pliant demo {' '.join(map(str, config['demo']))}` of the kinds "
         text += f"{', '.join(sorted({scene.split('/')[0] for scene in SCENES}))}.\n"
         for task, methods in METHODS.items():
-            folders = [f"{method}=scores/{task}/{method}" for method in sorted(methods, key=lambda m: m != "ours")]
+            # Of these settings alone: there may be scores of earlier ones.
+            compared = f"tables/{task}/of"
+            shutil.rmtree(compared, ignore_errors=True)
+            for method in methods:
+                for scene in SCENES:
+                    copy = f"{compared}/{method}/{scene}.json"
+                    os.makedirs(os.path.dirname(copy), exist_ok=True)
+                    shutil.copyfile(f"scores/{task}/{method}/{scene}.json", copy)
+            folders = [f"{method}={compared}/{method}" for method in sorted(methods, key=lambda m: m != "ours")]
             scores = [read_json(f"scores/{task}/{method}/{scene}.json") for method in methods for scene in SCENES]
             shown = [metric for metric in METRICS[task] if any(has(score, metric) for score in scores)]
             metrics = [word for metric in shown for word in ("--metric", metric)]

@@ -26,13 +26,14 @@ class Open : public ::testing::Test {
     for (Vec4f& rotation : cloud.rotation) rotation = Vec4f(1, 0, 0, 0);
     write_splats(folder_ / "made.ply", cloud);
     fs::create_directories(folder_ / "kept");
-    opener_ =
-        std::make_unique<Opener>(context_, site_, folder_ / "kept", [this](const Context&, const fs::path& scene) {
-          if (scene.filename() == "broken.ply")
-            throw input_error(scene.string(), "vertex", "is broken", "give another");
-          opened_ = read_splats(scene).size();
-          site_.show({{"text/html", "<p>the scene", "default-src 'none'"}, {}});
-        });
+    const auto run_of = [](const fs::path& scene) { return scene.parent_path() / (scene.stem().string() + "_run"); };
+    opener_ = std::make_unique<Opener>(context_, site_, folder_ / "kept", run_of,
+                                       [this](const Context&, const fs::path& scene) {
+                                         if (scene.filename() == "broken.ply")
+                                           throw input_error(scene.string(), "vertex", "is broken", "give another");
+                                         opened_ = read_splats(scene).size();
+                                         site_.show({{"text/html", "<p>the scene", "default-src 'none'"}, {}});
+                                       });
     site_.take_files([this](const std::string& name, const fs::path& file) { return opener_->take(name, file); });
     opener_->show();
   }
@@ -72,6 +73,14 @@ TEST_F(Open, OverwritesNothing) {
   write_text(folder_ / "kept/a-2.ply", "too");
   EXPECT_EQ(drop("a.ply", made()), "");
   EXPECT_EQ(read_text(folder_ / "kept/a.ply"), "precious");
+  EXPECT_EQ(read_text(folder_ / "kept/a-3.ply"), made());
+}
+
+TEST_F(Open, TheRunOfAnotherFileTakesAName) {
+  fs::create_directories(folder_ / "kept/a_run");
+  fs::create_directories(folder_ / "kept/a-2_run");
+  EXPECT_EQ(drop("a.ply", made()), "");
+  EXPECT_FALSE(fs::exists(folder_ / "kept/a.ply"));
   EXPECT_EQ(read_text(folder_ / "kept/a-3.ply"), made());
 }
 

@@ -230,7 +230,7 @@ TEST_F(OptionEffects, OfSegment) {
   try_all<SegmentStage>({"--box", v("box")}, with(with(by_gesture, learnt), {"stroke-width"}));
   Names by_segmenter = by_gesture;
   by_segmenter.erase("trust-torchscript");
-  by_segmenter.insert("grow");
+  by_segmenter.insert({"grow", "aabb", "sphere"});
   try_all<SegmentStage>({"--click", v("click"), "--segmenter", v("segmenter")}, by_segmenter);
   Names by_shape = with(with(networks, with(with(masks, learnt), others)), {"stroke-width", "grow", "aabb"});
   try_all<SegmentStage>({"--sphere", v("sphere")}, by_shape);

@@ -163,6 +163,9 @@ TEST(Options, WhatWouldBeIgnoredIsRefused) {
   refused({"segment", scene, "--out", out, "--box", "0,1,1,9,9", "--masks", run}, "--masks");
   refused({"segment", scene, "--out", out, "--sphere", "0,0,0,1", "--associate", "never"}, "--associate");
   refused({"segment", scene, "--out", out, "--auto", "--stroke-width", "3"}, "--stroke-width");
+  for (const std::string option : {"--aabb=0,0,0,1,1,1", "--sphere=0,0,0,1"})
+    refused({"segment", scene, "--out", out, "--click", "0,1,1", "--segmenter", config, option},
+            option.substr(0, option.find('=')));
   refused({"view", "--out", out, "--choose"}, "--choose");
   refused({"segment", scene, "--out", out, "--joint", "--no-vote"}, "--no-vote");
   refused({"segment", scene, "--out", out, "--gaussian-grouping", run, "--iterations", "5"}, "--iterations");
@@ -174,6 +177,46 @@ TEST(Options, WhatWouldBeIgnoredIsRefused) {
   refused({"render", run, "--out", out}, "--out");
   refused({"render", scene, "--out", out, "--no-orbit"}, "--no-orbit");
   refused({"render", scene, "--out", out, "--turntable"}, "--turntable");
+}
+
+TEST(ConfigFile, GivesWayToTheCommandLineByAnyNameOfAnOption) {
+  const TemporaryFolder folder;
+  GaussianCloud cloud;
+  cloud.sh_degree = 2;
+  cloud.resize(3);
+  for (Vec4f& rotation : cloud.rotation) rotation = Vec4f(1, 0, 0, 0);
+  write_ply(folder / "in.ply", cloud);
+  const auto degree = [&](const std::string& key, std::vector<std::string> more) {
+    const std::string config = folder.file("config.json", "{\"" + key + "\": 0}").string();
+    more.insert(more.begin(), {"convert", (folder / "in.ply").string(), (folder / "out.ply").string(), "--overwrite",
+                               "--config", config});
+    EXPECT_EQ(print(more).code, 0) << key;
+    return read_ply(folder / "out.ply").sh_degree;
+  };
+  for (const std::string key : {"sh-degree", "convert.sh-degree"}) {
+    EXPECT_EQ(degree(key, {}), 0);
+    for (const std::string name : {"--sh-degree", "--convert.sh-degree"}) {
+      EXPECT_EQ(degree(key, {name, "1"}), 1) << key << " " << name;
+      EXPECT_EQ(degree(key, {name + "=1"}), 1) << key << " " << name;
+    }
+  }
+}
+
+TEST(ConfigFile, WhatIsNoFlagIsNotTurnedOff) {
+  const TemporaryFolder folder;
+  const std::string absent = (folder / "absent").string();
+  const auto refused = [&](std::vector<std::string> command, const std::string& key) {
+    const std::string config = folder.file("config.json", "{\"" + key + "\": false}").string();
+    command.insert(command.end(), {"--config", config});
+    const Printed printed = print(command);
+    EXPECT_EQ(printed.code, 2) << command[0] << " " << key;
+    EXPECT_NE(printed.error.find("--" + key), std::string::npos) << printed.error;
+  };
+  refused({"run", absent}, "no-such");
+  refused({"run", absent}, "video");  // a file
+  refused({"demo", "--out", absent}, "video");
+  const std::string config = folder.file("config.json", R"({"quiet": false, "json": false})").string();
+  EXPECT_EQ(print({"info", absent, "--config", config}).code, 1) << "flags are";
 }
 
 // A reconstructed scene has a run.json, which is about its training.

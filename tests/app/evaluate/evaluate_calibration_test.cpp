@@ -58,6 +58,7 @@ TEST(EvaluateCalibration, UselessTablesAreRefusedByLineAndColumn) {
   refuse("estimate,truth,low,high\n1,1,1.5,2\n", {"line 2", "low"});
   refuse("estimate,truth,sigma\n1,x,1\n", {"line 2", "truth", "x"});
   refuse("estimate,truth,sigma\n1,1,1\n2,2,2\n", {"2 rows", "8"});
+  refuse("quantity,estimate,truth,sigma\nE,1,1,1\nall,1,1,1\n", {"line 3", "quantity", "'all'"});
   EXPECT_EQ(run_quietly({"evaluate", "calibration", (folder / "bands.csv").string(), "--band", "2"}), 2);
 }
 

@@ -237,8 +237,65 @@ TEST(PhysGaussianWorld, CompatibilityRepeatsWhatTheDefaultPutsRight) {
   const auto layers = [&](Compatibility c) {
     return physgaussian_world(wolf, c, p, gaussians).interactions.size() - 1;
   };
-  EXPECT_EQ(layers(Compatibility::kCorrected), 9u);  // the first is free from the start
-  EXPECT_EQ(layers(Compatibility::kPhysGaussian), 49u);
+  EXPECT_EQ(layers(Compatibility::kCorrected), 10u);
+  EXPECT_EQ(layers(Compatibility::kPhysGaussian), 50u);
+}
+
+TEST(PhysGaussianWorld, RotationTurnsAsThatOfTheReleasedCode) {
+  Random random(7);
+  const auto vector = [&] { return Vec3d(random.normal(), random.normal(), random.normal()); };
+  for (int i = 0; i < 20; ++i) {
+    PhysGaussianConfig config = parse(kVasedeck);
+    PhysGaussianConfig::Boundary& turn = config.boundaries[0];
+    const Vec3d n = turn.normal = vector().normalized();
+    turn.translation = random.normal();
+    std::vector<Vec3d> gaussians;
+    const Particles p = stand_in(config, gaussians);
+    const Interaction it = physgaussian_world(config, Compatibility::kCorrected, p, gaussians).interactions[0];
+    Collider collider;
+    collider.velocity = it.vector;
+    collider.angular_velocity = it.angular_velocity;
+    collider.pivot = it.pivot;
+    // With axes h1 and h2 = h1 x n and the angle between h1 and the part d of the offset across n, the released code
+    // sets w d (-sin h1 + cos h2) + translation n.
+    const Vec3d offset = vector(), across = offset - offset.dot(n) * n;
+    const Vec3d h1 = (Vec3d::Ones() - n.sum() * n).normalized(), h2 = h1.cross(n);
+    const double angle = std::atan2(offset.dot(h2), offset.dot(h1));
+    const Vec3d expected =
+        turn.rotation * across.norm() * (-std::sin(angle) * h1 + std::cos(angle) * h2) + turn.translation * n;
+    EXPECT_LT((collider.velocity_at(turn.point + offset) - expected).norm(), 1e-9) << n.transpose();
+  }
+}
+
+TEST(PhysGaussianWorld, LayersAreReleasedWhenTheReleasedCodeDoes) {
+  for (const int layers : {1, 5}) {
+    PhysGaussianConfig config = parse(kWolf);
+    PhysGaussianConfig::Boundary& release = config.boundaries[1];
+    release.num_layers = layers;
+    release.start = 0.03;
+    release.end = 0.1;
+    std::vector<Vec3d> gaussians;
+    const Particles p = stand_in(config, gaussians);
+    const PhysGaussianWorld world = physgaussian_world(config, Compatibility::kCorrected, p, gaussians);
+    // Layer i, |z - end_position| < |start_position - end_position| (n - i) / n, stands still from start_time until
+    // end_time (i + 1) / n.
+    size_t next = 1;  // behind the surface
+    for (int i = 0; i < layers; ++i) {
+      const double end = 0.1 * (i + 1) / layers, half = 1.0 * (layers - i) / layers;
+      if (end <= release.start) continue;
+      ASSERT_LT(next, world.interactions.size());
+      const Interaction& it = world.interactions[next++];
+      EXPECT_EQ(it.contact, ContactKind::kSticky);
+      EXPECT_EQ(it.vector, Vec3d(Vec3d::Zero()));
+      EXPECT_NEAR(it.start, release.start, 1e-12);
+      EXPECT_NEAR(it.start + it.duration, end, 1e-12);
+      for (const double side : {-1, 1}) {
+        EXPECT_TRUE(it.region.contains({0, 2, 1.5 + side * (half - 1e-9)})) << layers << " " << i;
+        EXPECT_FALSE(it.region.contains({0, 2, 1.5 + side * (half + 1e-9)})) << layers << " " << i;
+      }
+    }
+    EXPECT_EQ(next, world.interactions.size());
+  }
 }
 
 TEST(PhysGaussianWorld, KeysThatDecideNothingHereAreSaid) {

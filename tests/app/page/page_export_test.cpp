@@ -44,6 +44,28 @@ TEST_F(PageExport, KeepsToItsSizeAndSaysWhatItGaveUp) {
   EXPECT_FALSE(fs::exists(page("none.html")));
 }
 
+TEST_F(PageExport, TheMinimumThatIsNamedIsEnoughAndNoByteLess) {
+  const auto try_size = [&](size_t size) {
+    fs::remove(page("small.html"));
+    ::testing::internal::CaptureStderr();
+    const int code = run_quietly({"export", run(), "--html", page("small.html"), "--html-size", std::to_string(size)});
+    const std::string said = ::testing::internal::GetCapturedStderr(), before = "minimum is ";
+    EXPECT_EQ(code == 0, fs::exists(page("small.html"))) << said;
+    EXPECT_TRUE(code == 0 || said.find(": " + std::to_string(size) + ": ") != std::string::npos) << said;
+    return code == 0 ? 0 : std::stoul(said.substr(said.find(before) + before.size()));
+  };
+  // A page holds a video of less than a tenth of its size.
+  for (const size_t video : {0, 35'000}) {
+    fs::remove(folder / "run/clip.mp4");
+    if (video > 0) write_text(folder / "run/clip.mp4", std::string(video, 'x'));
+    const size_t least = try_size(100'000);
+    EXPECT_EQ(try_size(least - 1), least) << video;
+    EXPECT_EQ(try_size(least), 0u) << video;
+    EXPECT_LE(fs::file_size(page("small.html")), least) << video;
+  }
+  fs::remove(folder / "run/clip.mp4");
+}
+
 TEST_F(PageExport, NothingIsFetchedAndTheLicenseIsShown) {
   ASSERT_EQ(run_quietly({"export", run(), "--html", page("page.html"), "--html-license", "CC BY 4.0 </script>"}), 0);
   const std::string html = read_text(page("page.html"));

@@ -51,7 +51,13 @@ match words[:2]:
     case ["evaluate", "material"]: write(out, {"log10_young_error": 0.5})
     case ["evaluate", "segmentation"]: write(out, {"miou": 0.75, "boundary_miou": 0.625})
     case ["evaluate", "repair"]: write(out, {"psnr": 30.0, "psnr_opencv": 20.0})
-    case ["evaluate", "compare"]: write(out + "/compare.md", "a table\n")
+    case ["evaluate", "compare"]:
+        text = "a table\n"
+        for method in [word for word in words[2:] if "=" in word]:
+            name, folder = method.split("=")
+            files = [f"{at}/{file}" for at, _, names in os.walk(folder) for file in names]
+            text += f"{name}: mIoU {[json.load(open(file)).get('miou') for file in sorted(files)]}\n"
+        write(out + "/compare.md", text)
     case ["--version"] | ["--version", _]: print("9.9")
 )";
 
@@ -130,6 +136,17 @@ TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem
   EXPECT_FALSE(any_of_them(third, "demo"));
   EXPECT_FALSE(any_of_them(third, "segment scenes/rose/1 --out runs/rose/1/segmentation-ours"));
   EXPECT_TRUE(any_of_them(third, "segment scenes/rose/1 --out runs/rose/1/segmentation-vote"));
+}
+
+TEST_F(Suite, ScoresOfEarlierSettingsDoNotCount) {
+  settings["methods"] = {{"segmentation", {{"ours", {{"segment", json::array()}}}}}};
+  // Of a second seed, and of a method that failed.
+  write_text(folder / "suite/scores/segmentation/ours/rose/2.json", R"({"miou": 0.25})");
+  write_text(folder / "suite/scores/segmentation/theirs/rose/1.json",
+             R"({"scene": "rose/1", "method": "theirs", "failed": "no masks"})");
+  EXPECT_TRUE(run()["failed"].empty());
+  const std::string results = read_text(folder / "suite/RESULTS.md");
+  EXPECT_NE(results.find("ours: mIoU [0.75]"), std::string::npos) << results;
 }
 
 TEST_F(Suite, JobsAreSubmittedWhereAClusterIsGiven) {
