@@ -37,6 +37,7 @@ LiveSession::LiveSession(const SimulateOptions& options, const Particles& partic
   options_.max_substeps = static_cast<int>(
       std::clamp(kMostWork / static_cast<double>(particles.size()), 1.0 * kFewestSubsteps, 1.0 * kMostSubsteps));
   for (size_t k = 0; k < held.size(); ++k) held_[static_cast<int>(k)] = held[k];
+  held_at_start_ = static_cast<int>(held.size());
   open(start);
 }
 

@@ -31,6 +31,7 @@ class LiveSession {
 
   const SimulationState& state() const { return session_->state(); }
   const Particles& particles() const { return particles_; }
+  int held_at_start() const { return held_at_start_; }
   int frames() const { return frames_; }  ///< since the start, failures included
   double time() const { return frames_ / options_.fps; }
   /// Commands so far with the frame before which they took effect: [[frame, command], ...].
@@ -53,6 +54,7 @@ class LiveSession {
   Particles particles_;
   SimulationState first_;
   std::map<int, Interaction> held_;  // that have not been ended
+  int held_at_start_ = 0;
   std::map<int, Active> active_;
   std::unique_ptr<Session> session_;
   nlohmann::json history_ = nlohmann::json::array();

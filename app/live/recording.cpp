@@ -56,6 +56,19 @@ void apply(const Recording& recording, int frame, Session& session, std::vector<
   }
 }
 
+/// Numbers of interactions count from those that act from the start, which the script of the run may have changed.
+void check_held(const Recording& recording, size_t held, const std::string& file) {
+  const auto other = [&](int there) {
+    return input_error(file, "held",
+                       fmt::format("counts {} interactions that act from the start, here are {}", there, held),
+                       "simulate with the interactions that acted when it was recorded");
+  };
+  if (recording.held >= 0 && recording.held != static_cast<int>(held)) throw other(recording.held);
+  for (const auto& [frame, command] : recording.commands)
+    if (command.kind == LiveCommand::Kind::kBegin && command.number < static_cast<int>(held))
+      throw other(command.number);
+}
+
 }  // namespace
 
 Recording parse_recording(const std::string& text, const Scene& scene, const std::string& file) {
@@ -73,6 +86,7 @@ Recording parse_recording(const std::string& text, const Scene& scene, const std
   out.frames = static_cast<int>(number(all, "frames", file, 0, kMostFrames));
   out.fps = number(all, "solver_fps", file, 1, 1000);
   const InteractionFrame frame{scene.metres_per_unit, scene.up};
+  if (all.contains("held")) out.held = static_cast<int>(number(all, "held", file, 0, 1e6));
   if (version == 2) {
     required(all, "commands", file);
     for (const json& row : rows_of(all, "commands", file)) {
@@ -109,7 +123,8 @@ json recording_json(const LiveStart& start, double fps, const LiveSession& sessi
   return {{"format", "pliant-recording"}, {"version", 2},
           {"drivers", start.drivers},     {"clustered_to", start.clustered_to},
           {"start_frame", start.frame},   {"solver_fps", fps},
-          {"frames", session.frames()},   {"commands", session.history()}};
+          {"frames", session.frames()},   {"held", session.held_at_start()},
+          {"commands", session.history()}};
 }
 
 json replay_recording(const Context& context, RunDirectory& run, const Scene& scene, const fs::path& file) {
@@ -117,6 +132,7 @@ json replay_recording(const Context& context, RunDirectory& run, const Scene& sc
   const std::string folder = object_folder(run);
   LiveScene live = load_live_scene(run, scene, "--recording");
   live.setup.options.fps = recording.fps;
+  check_held(recording, live.setup.held.size(), file.string());
   const LiveBody start(live, recording.start, file.string());
 
   TrajectoryFile out;

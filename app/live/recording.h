@@ -23,6 +23,7 @@ struct Recording {
   };
   LiveStart start;
   int frames = 0;  ///< of the session
+  int held = -1;   ///< interactions that act from the start, which have the first numbers; -1 = not told
   double fps = 60;
   std::vector<Change> settings;
   std::vector<Interaction> interactions;

@@ -188,7 +188,7 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   const std::unique_ptr<JointTerm> term = joint_term(context, set, stage, cameras, photos);
   std::optional<TrainingStart> trained;
   if (!stage.splats.empty()) trained = go_on_from(stage.splats, options);
-  stage.train.render = options.render;
+  stage.train = options;
   std::optional<Trainer> trainer;
   if (earlier) {
     start = json::parse(earlier->start_json);

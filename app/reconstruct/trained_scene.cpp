@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/reconstruct/training_masks.h"
 #include "gaussians/base/error.h"
@@ -20,22 +21,23 @@ namespace {
 
 constexpr const char* kMaskNames = "mask_names.json";
 
-/// Masks that belong to the photos as they were trained on.  Names that only the masks tell go to kMaskNames in
+/// Masks that belong to the photos as they were trained on.  Names that no file of labels tells go to kMaskNames in
 /// `folder`.
 void write_masks(const fs::path& folder, const TrainedScene& scene, json& out) {
   const SceneFile& settings = scene.set.settings;
-  const MaskSet masks = training_masks(settings.masks, {}, scene.cameras, scene.photos);
+  const fs::path beside = settings.masks / "labels.json";
+  const bool labelled = fs::exists(beside);
+  const fs::path labels = labelled ? beside : settings.labels;
+  const MaskSet masks = training_masks(settings.masks, labels, scene.cameras, scene.photos);
   for (const MaskSet::View& view : masks.views)
     write_ids(folder / "masks" / (scene.photos.photos[view.camera].camera.name + ".png"), view.ids);
   out["masks"] = "masks";
-  // Names of things in single photos, as `label` writes them, lie beside the masks.
-  if (const fs::path names = settings.masks / "labels.json"; fs::exists(names))
-    fs::copy_file(names, folder / "masks/labels.json");
-  if (masks.names.empty() || !settings.labels.empty()) return;
+  if (masks.names.empty() || (!labelled && !labels.empty() && masks.names == read_label_names(labels))) return;
   json names = json::object();
   for (const auto& [id, name] : masks.names) names[std::to_string(id)] = name;
-  write_json(folder / kMaskNames, names);
-  out["labels"] = kMaskNames;
+  // Names of things in single photos, as `label` writes them, lie beside the masks.
+  write_json(folder / (labelled ? "masks/labels.json" : kMaskNames), names);
+  if (!labelled) out["labels"] = kMaskNames;
 }
 
 std::string path_from(const fs::path& folder, const fs::path& file) {
@@ -45,6 +47,8 @@ std::string path_from(const fs::path& folder, const fs::path& file) {
 }  // namespace
 
 void refuse_own_source(const fs::path& folder, const PhotoSet& set, const ReconstructStage& stage) {
+  static const std::set<std::string> made = {".",        "point_cloud",     "photos",       "masks",
+                                             kMaskNames, "transforms.json", "cameras.json", "scene.json"};
   const std::pair<const char*, fs::path> sources[] = {{"cameras", set.cameras},
                                                       {"photos", set.photos},
                                                       {"masks", set.settings.masks},
@@ -53,7 +57,7 @@ void refuse_own_source(const fs::path& folder, const PhotoSet& set, const Recons
   for (const auto& [what, source] : sources) {
     if (source.empty()) continue;
     const fs::path within = fs::weakly_canonical(source).lexically_relative(fs::weakly_canonical(folder));
-    if (!within.empty() && *within.begin() != "..")
+    if (!within.empty() && made.count(within.begin()->string()))
       throw usage_error("--out", folder.string(), fmt::format("contains the {} to train on", what),
                         "give another folder");
   }
@@ -102,7 +106,7 @@ void update_scene_file(const fs::path& folder, const PhotoSet& set) {
     if (before.contains(made)) now[made] = before[made];
   }
   if (!set.settings.labels.empty()) now["labels"] = path_from(folder, set.settings.labels);
-  if (!now.contains("labels") && before.value("labels", "") == kMaskNames) now["labels"] = kMaskNames;
+  if (before.value("labels", "") == kMaskNames) now["labels"] = kMaskNames;
   if (set.settings.video) now["video"]["file"] = path_from(folder, set.settings.video->file);
   if (now != before) write_json(folder / "scene.json", now);
 }

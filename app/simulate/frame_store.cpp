@@ -72,7 +72,8 @@ FrameStore::FrameStore(fs::path folder, const std::string& key) : folder_(std::m
 SimulationState FrameStore::resume(const SimulationState& otherwise, SimulateSummary& summary) const {
   summary = {};
   const int last = last_frame(folder_);
-  if (last < 0 || !fs::exists(summary_file(folder_, last))) return otherwise;
+  // Frame 0 is made of the start, and so anew.
+  if (last < 1 || !fs::exists(summary_file(folder_, last))) return otherwise;
   try {
     summary = summary_from_json(json::parse(read_text(summary_file(folder_, last))));
   } catch (const json::exception&) {

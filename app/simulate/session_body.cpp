@@ -1,6 +1,7 @@
 #include "app/simulate/session_body.h"
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "app/import/interactions.h"
@@ -89,7 +90,7 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
   const fs::path script = run / "interactions.json";
   if (fs::exists(script))
     add_lasting(parse_interactions(read_text(script), {scene.metres_per_unit, scene.up}, script.string()),
-                session.value("duration_s", 0.0), setup);
+                session.value("duration_s", std::numeric_limits<double>::infinity()), setup);
   return setup;
 }
 

@@ -102,7 +102,7 @@ ViewGradient<T> gather_gaussians(const BlendKernels<T>& kernels, ProjectAdjointI
           for (int k = 0; k < channels; ++k) features[k] += from[kPairSlots + k];
         }
         std::copy_n(sum, kPairSlots, sums + in.count * kPairSlots);
-        if (!out.screen.empty()) out.screen[i] = screen_gradient(projected.splats[s], sum);
+        if (!out.screen.empty()) out.screen[i] += screen_gradient(projected.splats[s], sum);
         index[in.count++] = i;
       }
       kernels.project_adjoint(in, to, of_block[b]);

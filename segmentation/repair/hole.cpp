@@ -13,7 +13,7 @@ namespace {
 /// pictures are drawn small.
 void add_camera(const GaussianCloud& scene, const Camera& camera, const RenderOptions& options,
                 std::vector<double>& total) {
-  constexpr double kLongestSide = 400;  // px
+  constexpr double kLongestSide = 200;  // px
   const Camera small = camera.scaled(std::min(1.0, kLongestSide / std::max(camera.width, camera.height)));
   const double area = (1.0 * camera.width * camera.height) / (1.0 * small.width * small.height);
   const BlendWeights W = blend_weights(scene, small, options);

@@ -155,6 +155,7 @@ GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
   found.z_is_up = std::any_of(header.comments.begin(), header.comments.end(), says_z_is_up);
   found.format =
       std::string(layout.scale[2] < 0 ? "2DGS" : "3DGS") + " PLY, SH degree " + std::to_string(layout.degree);
+  found.antialiased = layout.filter >= 0;  // Mip-Splatting has both of its filters
   for (const std::string& comment : header.comments) read_render_mode(comment, found.antialiased);
   if (layout.scale[2] < 0) {
     found.warnings.push_back(

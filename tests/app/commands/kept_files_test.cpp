@@ -75,6 +75,10 @@ TEST(OutFolder, OfATrainedSceneIsNotWhereItsSourceIs) {
   };
   refused(reconstruct(own, "7"));
   refused(reconstruct(own + "/transforms.json", "7"));
+  // What lies below it under another name is not touched.
+  fs::copy(folder / "set", fs::path(own) / "capture", fs::copy_options::recursive);
+  EXPECT_EQ(run_quietly(reconstruct(own + "/capture", "5")), 0);
+  EXPECT_TRUE(fs::exists(own + "/capture/transforms.json"));
   write_text(folder / "run/run.json", R"({"scene": null, "stages": {}})");
   refused({"segment", own, "--joint", "--out", run, "--reconstruct.iterations", "5"});
 }

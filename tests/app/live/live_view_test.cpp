@@ -149,6 +149,14 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
   fs::remove(motion);
   EXPECT_EQ(run_quietly({"render", run, "--recorded"}), 2);
   json damaged = json::parse(read_text(file));
+  damaged["held"] = damaged["held"].get<int>() + 1;  // another script than then
+  write_text(folder / "damaged.json", damaged.dump());
+  EXPECT_EQ(run_quietly({"simulate", run, "--recording", (folder / "damaged.json").string()}), 1);
+  damaged.erase("held");
+  damaged["commands"][0][1][1] = 0;  // "begin" with the number of a pin
+  write_text(folder / "damaged.json", damaged.dump());
+  EXPECT_EQ(run_quietly({"simulate", run, "--recording", (folder / "damaged.json").string()}), 1);
+  damaged = json::parse(read_text(file));
   damaged["commands"][0][0] = 400;
   write_text(folder / "damaged.json", damaged.dump());
   EXPECT_NE(run_quietly({"simulate", (folder / "run").string(), "--recording", (folder / "damaged.json").string()}), 0);

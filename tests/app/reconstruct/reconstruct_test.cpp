@@ -248,20 +248,29 @@ TEST_F(Reconstruct, ChangedPhotosKeepTheMasksOfEveryLayoutAndTheirNames) {
     write_ids(folder / "set/by_photo" / (name + ".png"), half(false, 1, 2));
     write_ids(folder / "set/by_object/ball" / name, half(false, 255, 0));
     write_ids(folder / "set/by_object/table" / name, half(true, 255, 0));
+    write_ids(folder / "set/of_one/ball" / name, half(false, 255, 0));
   }
   folder.file("set/by_photo/labels.json", R"({"1": "cup"})");  // as `label` leaves it
-  for (const std::string layout : {"by_photo", "by_object"}) {
-    write_json(folder / "set/scene.json", {{"cameras", "transforms.json"}, {"photos", "photos"}, {"masks", layout}});
+  folder.file("set/labels.json", R"({"1": "cat"})");           // of other masks
+  const std::map<std::string, std::string> second = {
+      {"by_photo", "object_2"}, {"by_object", "table"}, {"of_one", "background"}};
+  for (const auto& [layout, name] : second) {
+    json settings = {{"cameras", "transforms.json"}, {"photos", "photos"}, {"masks", layout}};
+    if (layout == "of_one") settings["labels"] = "labels.json";
+    write_json(folder / "set/scene.json", settings);
     for (int repeated = 0; repeated < 2; ++repeated) {
       ASSERT_EQ(run_quietly(command(folder / "set", folder / layout, {"--iterations", "5", "--max-image-size", "40"})),
                 0);
       const Scene scene = load_scene(folder / layout);
-      const MaskSet masks = load_masks(scene.settings.masks, scene.settings.labels, scene.cameras);
+      const fs::path beside = scene.settings.masks / "labels.json";
+      const MaskSet masks =
+          load_masks(scene.settings.masks, fs::exists(beside) ? beside : scene.settings.labels, scene.cameras);
       ASSERT_EQ(masks.views.size(), 6u) << layout;
       EXPECT_EQ(masks.views[2].ids(19, 5), 1u);
       EXPECT_EQ(masks.views[2].ids(20, 5), 2u);
-      EXPECT_EQ(masks.name_of(2), layout == "by_object" ? "table" : "object_2");
-      EXPECT_EQ(fs::exists(scene.settings.masks / "labels.json"), layout == "by_photo");
+      EXPECT_EQ(masks.name_of(2), name);
+      EXPECT_EQ(masks.name_of(1), layout == "by_photo" ? "cup" : "ball");
+      EXPECT_EQ(fs::exists(beside), layout == "by_photo");
     }
   }
 }

@@ -111,6 +111,11 @@ TEST_F(SessionBody, WhatTheScriptDoesForATimeIsNotHeld) {
   ASSERT_EQ(setup.held.size(), 1u);
   EXPECT_EQ(setup.held[0].type, InteractionType::kGround);
   EXPECT_EQ(setup.options.gravity, Vec3d(0, 0, -9.81));
+  // Nor where an earlier version did not record how long the motion is.
+  json record = json::parse(read_text(folder_ / "run/run.json"));
+  record["stages"]["simulate"]["summary"]["session"].erase("duration_s");
+  write_text(folder_ / "run/run.json", record.dump());
+  EXPECT_EQ(this->setup().held.size(), 1u);
 }
 
 TEST_F(SessionBody, WhatASessionCannotHaveIsARefusal) {

@@ -255,7 +255,8 @@ struct FloatScene {
   RenderGradient<float> gradient(const RenderOptions& options = {}) const {
     RenderTape<float> tape;
     const RenderResult picture = render(cloud, camera, options, features, kChannels, &tape);
-    return render_adjoint(cloud, camera, options, features, kChannels, picture, adj, &tape, {.covariance = true});
+    return render_adjoint(cloud, camera, options, features, kChannels, picture, adj, &tape,
+                          {.covariance = true, .screen = true});
   }
 };
 
@@ -269,6 +270,7 @@ std::vector<float> all_of(const RenderGradient<float>& g) {
     for (int k = 0; k < 4; ++k) out.push_back(g.cloud.rotation[i][k]);
     for (int k = 0; k < 9; ++k) out.push_back(g.covariance[i](k / 3, k % 3));
   }
+  for (const Vec2f& v : g.screen) out.insert(out.end(), v.data(), v.data() + 2);
   out.insert(out.end(), g.cloud.sh.begin(), g.cloud.sh.end());
   out.insert(out.end(), g.features.begin(), g.features.end());
   for (const Vec3f& v : {g.background, g.rotation, g.translation}) out.insert(out.end(), v.data(), v.data() + 3);

@@ -165,7 +165,9 @@ TEST(Ply, The3DFilterOfMipSplattingIsApplied) {
   std::string text = ascii_ply(2, names);
   text = text.substr(0, text.find("end_header\n") + 11) + "1 2 3 4 5 6 2 -3 -2 -3 1 0 0 0 0.3\n" +
          "1 2 3 4 5 6 2 -3 -2 -3 1 0 0 0 0\n";
-  const GaussianCloud cloud = read_ply(folder.file("a.ply", text));
+  ReadReport report;
+  const GaussianCloud cloud = read_ply(folder.file("a.ply", text), &report);
+  EXPECT_TRUE(report.antialiased);
   double share = 1;
   for (int k = 0; k < 3; ++k) {
     const double s = std::exp(k == 1 ? -2.0 : -3.0), filtered = std::sqrt(s * s + 0.09);
