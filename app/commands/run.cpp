@@ -49,6 +49,9 @@ void check_choice(const Scene& scene, const CLI::App& command, RunOptions& optio
     simulate.material.young = simulate.material.young.value_or(kUnknownYoung);
     simulate.material.poisson = simulate.material.poisson.value_or(0.3);
     simulate.material.density = simulate.material.density.value_or(1000);
+    // So may its law, unless a fit comes first, which takes no law from a prediction.
+    const bool law_known = !simulate.material.law.empty() || !scene.settings.material.law.empty();
+    if (!no_fit.empty() && !law_known) simulate.material.constants.clear();
   } else {
     refuse_given(command, options_of(options.predict),
                  {"does nothing: the material is known", "leave it out", {"label", "softness"}});

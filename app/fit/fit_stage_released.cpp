@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -35,7 +36,8 @@ std::vector<double> values_at(const PhysDreamerField& stored, const PhysDreamerS
   options.hidden = stored.hidden;
   options.layers = stored.layers;
   options.threads = std::max(1, threads);
-  const std::vector<Vec3f> corners = {space.field_low.cast<float>(), space.field_high.cast<float>()};
+  const auto [low, high] = stored.box.value_or(std::array{space.field_low, space.field_high});
+  const std::vector<Vec3f> corners = {low.cast<float>(), high.cast<float>()};
   std::vector<Vec3f> inside;
   for (const Vec3f& x : points) inside.push_back(space.inside(x.cast<double>()).cast<float>());
   return make_triplane_field(options, corners)->values_at(stored.parameters, inside);

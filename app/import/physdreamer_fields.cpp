@@ -57,19 +57,28 @@ PhysDreamerField read_physdreamer_field(const std::filesystem::path& file, int c
   int planes = 0;
   for (const std::string& name : names) {
     const StateTensor& t = tensors.at(name);
-    if (t.shape.size() != 4) continue;
-    if (t.shape[0] != 1 || t.shape[2] != t.shape[3])
+    const size_t d = t.shape.size();
+    if (d != 3 && d != 4) continue;
+    if ((d == 4 && t.shape[0] != 1) || t.shape[d - 2] != t.shape[d - 1])
       throw refused(name, "has the shape " + text_of(t.shape) + ", which is not a feature plane");
     if (planes == 0) {
-      field.features = static_cast<int>(t.shape[1]);
-      field.resolution = static_cast<int>(t.shape[2]);
+      field.features = static_cast<int>(t.shape[d - 3]);
+      field.resolution = static_cast<int>(t.shape[d - 2]);
     }
-    if (t.shape[1] != field.features || t.shape[2] != field.resolution)
+    if (t.shape[d - 3] != field.features || t.shape[d - 2] != field.resolution)
       throw refused(name, "has the shape " + text_of(t.shape) + ", unlike the previous plane");
     field.parameters.insert(field.parameters.end(), t.data.begin(), t.data.end());
     ++planes;
   }
   if (planes != 3) throw refused("", fmt::format("has {} feature planes, 3 are needed", planes));
+  if (const auto box = tensors.find("aabb"); box != tensors.end()) {
+    const StateTensor& t = box->second;
+    if (t.shape != std::vector<int64_t>{2, 3})
+      throw refused("aabb", "has the shape " + text_of(t.shape) + ", but a box has 2 x 3");
+    for (size_t a = 0; a < 3; ++a)
+      if (!(t.data[a] < t.data[a + 3])) throw refused("aabb", "has a low end that is not below its high end");
+    field.box = {Vec3d(t.data[0], t.data[1], t.data[2]), Vec3d(t.data[3], t.data[4], t.data[5])};
+  }
 
   int64_t width = field.features;
   for (const std::string& name : names) {

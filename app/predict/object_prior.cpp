@@ -24,8 +24,8 @@ ObjectPrior soft_solid() {
 }
 
 ObjectPrior of(const MaterialPrior& known, const std::string& warning) {
-  return {known.name,      false,        known.young, known.poisson, known.density,
-          known.frequency, known.height, known.law,   known.words,   warning};
+  return {known.name,      false,        false,     known.young, known.poisson, known.density,
+          known.frequency, known.height, known.law, known.words, warning};
 }
 
 }  // namespace
@@ -37,11 +37,13 @@ ObjectPrior object_prior(const PriorQuestion& question) {
   const LabelPrior found = prior_of_label(material_table(), label, question.llm, question.view);
   if (!found.prior && !question.label.empty())
     throw usage_error(
-        "--label", question.label.substr(0, 60), "is not a known object or material",
+        "--label", question.label.substr(0, 60),
+        "is not a known object or material" + (found.warning.empty() ? "" : " (" + found.warning + ")"),
         "'pliant predict --list' shows all; or give --material NAME, or --young E --poisson NU --density RHO");
   if (!found.prior) {
     ObjectPrior prior = soft_solid();
     prior.warning = found.warning;
+    prior.unanswered = !found.warning.empty();
     return prior;
   }
   std::string warning = found.warning;
@@ -49,7 +51,9 @@ ObjectPrior object_prior(const PriorQuestion& question) {
     warning += (warning.empty() ? "" : "; ") +
                fmt::format("only part of '{}' is known; it is treated as '{}' (pliant predict --list shows all)",
                            label.substr(0, 60), found.prior->name);
-  return of(*found.prior, warning);
+  ObjectPrior prior = of(*found.prior, warning);
+  prior.unanswered = !found.warning.empty();
+  return prior;
 }
 
 }  // namespace pliant

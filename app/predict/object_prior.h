@@ -12,6 +12,7 @@ namespace pliant {
 struct ObjectPrior {
   std::string name;               ///< what was understood: "potted palm"; "soft solid" where nothing was
   bool guessed = false;           ///< nothing is known of it: E follows from `frequency` alone
+  bool unanswered = false;        ///< a language model was asked and gave nothing
   Band young, poisson, density;   ///< Pa, 1, kg/m^3; of the parts that move
   std::optional<Band> frequency;  ///< Hz, of its first sway; a typical 0 = rigid
   std::optional<Band> height;     ///< m

@@ -8,6 +8,7 @@
 #include "app/simulate/given_fields.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
+#include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/splats.h"
 #include "physics/body/interior_fill.h"
@@ -71,7 +72,8 @@ std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, u
   std::vector<MaterialObject> objects;
   for (const auto& [name, file] : splats) {
     if (!fields.count(name)) continue;
-    const GaussianCloud cloud = read_splats(file);
+    ReadReport report;
+    const GaussianCloud cloud = read_splats(file, &report, kFinestLevel);
     FillOptions fill;
     fill.target_count = kSamples;
     fill.seed = seed;
@@ -81,6 +83,7 @@ std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, u
     object.samples = fill_interior(fill, cloud);
     const ElasticSamples material = given_material(fields[name], object.samples.position);
     object.colour = nearest_colours(cloud, object.samples.position);
+    object.up = up_of_cloud(cloud, report.z_is_up).up.cast<float>();
     object.young = material.young;
     object.poisson = material.poisson;
     object.density = material.density;

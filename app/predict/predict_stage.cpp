@@ -18,6 +18,7 @@
 #include "app/store/solid.h"
 #include "fitting/distribution/object_distribution.h"
 #include "fitting/modal/sway.h"
+#include "fitting/predict/label_match.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
@@ -178,6 +179,7 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   const ObjectMaterial law{young, means.poisson, means.density, prior.law};
   return {{"understood", prior.name},
           {"guessed", prior.guessed},
+          {"unanswered", prior.unanswered},
           {"source", words},
           {"softness", stage.softness},
           {"young", young},
@@ -202,6 +204,9 @@ bool asks(const PredictStage& stage) {
 StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
   if (!stage.material.empty() && !stage.label.empty())
     throw usage_error("predict", "--material", "was given together with --label", "leave one of them out");
+  if (!stage.material.empty() && !stage.llm_url.empty())
+    throw usage_error("predict", "--llm-url", "does nothing with --material, which is looked up in the table",
+                      "leave one of them out");
   if (stage.llm_url.empty() != stage.llm_model.empty())
     throw usage_error("predict", stage.llm_url.empty() ? "--llm-model" : "--llm-url", "was given without the other",
                       "give --llm-url and --llm-model, or neither");
@@ -222,7 +227,11 @@ StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene,
 }
 
 json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage) {
-  return run_stage(context, run, inputs_of(run, scene, stage), predict_object);
+  StageInputs<PredictStage> in = inputs_of(run, scene, stage);
+  // A service that gave nothing is asked again.
+  if (!stage.llm_url.empty() && run.has("predict") && run.summary("predict", "").value("unanswered", false))
+    run.forget("predict");
+  return run_stage(context, run, std::move(in), predict_object);
 }
 
 bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate) {
@@ -239,7 +248,10 @@ void assume_height(const Context& context, RunDirectory& run, Scene& scene, cons
     // What was assumed of an object before this one does not hold.
     scene.object_height = 0;
     scene.metres_per_unit = 1;
-    const ObjectPrior prior = object_prior({stage.material, stage.label, extracted(run, {"name"})["name"], {}, {}});
+    // Of a label that only the language model may know, no height is known.
+    const bool by_model = !stage.label.empty() && !stage.llm_url.empty() && !match_label(material_table(), stage.label);
+    const std::string name = by_model ? "" : extracted(run, {"name"})["name"].get<std::string>();
+    const ObjectPrior prior = object_prior({stage.material, by_model ? "" : stage.label, name, {}, {}});
     if (prior.height) {
       height = prior.height->typical;
       context.progress.say(

@@ -166,6 +166,8 @@ std::vector<YoungMixture> young_mixtures(const DistributionNetwork& network,
   return mixtures;
 }
 
+std::pair<double, double> poisson_range(double mean) { return {std::min(0.0, mean), std::max(0.49, mean)}; }
+
 MaterialDistribution predict_distribution(const DistributionNetwork& network, std::span<const float> features,
                                           std::span<const float> volume, const MaterialMeans& means) {
   const size_t m = volume.size();
@@ -198,6 +200,7 @@ MaterialDistribution predict_distribution(const DistributionNetwork& network, st
     nu += volume[i] * poisson[i];
     total += volume[i];
   }
+  const auto [lowest, highest] = poisson_range(means.poisson);
   const double shift = shift_to_mean(middle, volume), rho_shift = shift_to_mean(rho, volume);
   for (size_t i = 0; i < m; ++i) {
     const auto young = [&](double z) { return static_cast<float>(means.young * std::pow(10.0, z + shift)); };
@@ -205,7 +208,7 @@ MaterialDistribution predict_distribution(const DistributionNetwork& network, st
     out.young_low.push_back(young(low[i]));
     out.young_high.push_back(young(high[i]));
     out.density.push_back(static_cast<float>(means.density * std::pow(10.0, rho[i] + rho_shift)));
-    out.poisson.push_back(static_cast<float>(std::clamp(means.poisson + poisson[i] - nu / total, 0.0, 0.49)));
+    out.poisson.push_back(static_cast<float>(std::clamp(means.poisson + poisson[i] - nu / total, lowest, highest)));
   }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fitting/distribution/local_features.h"
@@ -69,9 +70,11 @@ struct MaterialDistribution {
 struct MaterialMeans {
   double young = 1e6, poisson = 0.3, density = 1e3;
 };
+/// Lowest and highest nu of a field with this mean: 0 and 0.49, or the mean where it lies outside of them.
+std::pair<double, double> poisson_range(double mean);
 /// E = mean E 10^z, where z of every sample is the quantile of one share, chosen so that the volume-weighted mean of
 /// 10^z is 1: samples that are little known give way most.  Where that share would leave the interval, all of it is
-/// moved. Density is shifted to its mean; nu likewise, within 0 to 0.49.
+/// moved. Density is shifted to its mean; nu likewise, within poisson_range.
 MaterialDistribution predict_distribution(const DistributionNetwork& network, std::span<const float> features,
                                           std::span<const float> volume, const MaterialMeans& means);
 

@@ -35,14 +35,34 @@ float spacing_of(const std::vector<Vec3f>& places, const NearestPoints& tree) {
   return std::max(quantile(std::move(nearest), 0.5), 1e-9f);
 }
 
-/// Factor that gives `values` the volume-weighted mean `wanted`.
-double factor_to_mean(std::span<const float> values, std::span<const float> volume, double wanted) {
+/// Volume-weighted mean of value(i) over all samples.
+template <class Value>
+double mean_over(std::span<const float> volume, const Value& value) {
   double sum = 0, total = 0;
-  for (size_t i = 0; i < values.size(); ++i) {
-    sum += double{volume[i]} * values[i];
+  for (size_t i = 0; i < volume.size(); ++i) {
+    sum += double{volume[i]} * value(i);
     total += volume[i];
   }
-  return wanted * total / sum;
+  return sum / total;
+}
+
+/// Factor that gives `values` the volume-weighted mean `wanted`.
+double factor_to_mean(std::span<const float> values, std::span<const float> volume, double wanted) {
+  return wanted / mean_over(volume, [&](size_t i) { return values[i]; });
+}
+
+/// Shifts nu to the volume-weighted mean `wanted`, within poisson_range.
+void shift_poisson(std::vector<float>& poisson, std::span<const float> volume, double wanted) {
+  const auto [lowest, highest] = poisson_range(wanted);
+  double low = -2, high = 2;  // more than nu can differ by
+  const auto shifted = [&, lowest = lowest, highest = highest](size_t i, double shift) {
+    return std::clamp(poisson[i] + shift, lowest, highest);
+  };
+  for (int step = 0; step < 40; ++step) {
+    const double middle = 0.5 * (low + high);
+    (mean_over(volume, [&](size_t i) { return shifted(i, middle); }) > wanted ? high : low) = middle;
+  }
+  for (size_t i = 0; i < poisson.size(); ++i) poisson[i] = static_cast<float>(shifted(i, low));
 }
 
 void scale(std::vector<float>& values, double factor) {
@@ -103,6 +123,7 @@ MaterialDistribution object_distribution(const DistributionNetwork& network, con
   const double young = factor_to_mean(d.young, volume, means.young);
   for (auto* values : {&d.young, &d.young_low, &d.young_high}) scale(*values, young);
   scale(d.density, factor_to_mean(d.density, volume, means.density));
+  shift_poisson(d.poisson, volume, means.poisson);
   return d;
 }
 

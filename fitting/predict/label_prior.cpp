@@ -30,6 +30,8 @@ LabelPrior prior_of_label(const MaterialTable& table, const std::string& label, 
   if (answer.material) {
     MaterialPrior unknown;
     unknown.name = label_key(label);
+    if (unknown.name.empty()) unknown.name = sent_label(label);
+    unknown.certainty = 1;
     out.prior = with_answer(match ? *out.prior : unknown, *answer.material, llm);
   } else if (!answer.failure.empty()) {
     out.warning = answer.failure + (match ? "; the table is used" : "; the table does not know the label either");

@@ -10,11 +10,49 @@ constexpr size_t kMaxCharacters = 256, kMaxWords = 32;
 bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); }
 
 std::string singular(const std::string& word) {
-  static const std::map<std::string, std::string> irregular = {
-      {"leaves", "leaf"},    {"loaves", "loaf"},    {"knives", "knife"}, {"shelves", "shelf"}, {"halves", "half"},
-      {"scarves", "scarf"},  {"wolves", "wolf"},    {"shoes", "shoe"},   {"toes", "toe"},      {"canoes", "canoe"},
-      {"buses", "bus"},      {"cookies", "cookie"}, {"skis", "ski"},     {"men", "man"},       {"women", "woman"},
-      {"children", "child"}, {"geese", "goose"},    {"feet", "foot"},    {"teeth", "tooth"},   {"mice", "mouse"}};
+  static const std::map<std::string, std::string> irregular = {{"leaves", "leaf"},
+                                                               {"loaves", "loaf"},
+                                                               {"knives", "knife"},
+                                                               {"shelves", "shelf"},
+                                                               {"halves", "half"},
+                                                               {"scarves", "scarf"},
+                                                               {"wolves", "wolf"},
+                                                               {"shoes", "shoe"},
+                                                               {"toes", "toe"},
+                                                               {"canoes", "canoe"},
+                                                               {"buses", "bus"},
+                                                               {"cookies", "cookie"},
+                                                               {"skis", "ski"},
+                                                               {"men", "man"},
+                                                               {"women", "woman"},
+                                                               {"children", "child"},
+                                                               {"geese", "goose"},
+                                                               {"feet", "foot"},
+                                                               {"teeth", "tooth"},
+                                                               {"mice", "mouse"},
+                                                               {"plushies", "plushie"},
+                                                               {"hoodies", "hoodie"},
+                                                               {"beanies", "beanie"},
+                                                               {"brownies", "brownie"},
+                                                               {"neckties", "necktie"},
+                                                               {"movies", "movie"},
+                                                               {"zombies", "zombie"},
+                                                               {"barbies", "barbie"},
+                                                               {"bookshelves", "bookshelf"},
+                                                               {"calves", "calf"},
+                                                               {"hooves", "hoof"},
+                                                               {"snowmen", "snowman"},
+                                                               {"irises", "iris"},
+                                                               {"aloes", "aloe"},
+                                                               {"mousses", "mousse"},
+                                                               {"kiwis", "kiwi"},
+                                                               {"bonsais", "bonsai"},
+                                                               {"tvs", "tv"},
+                                                               {"pcs", "pc"},
+                                                               {"canvas", "canvas"},
+                                                               {"canvases", "canvas"},
+                                                               {"rhinoceros", "rhinoceros"},
+                                                               {"rhinoceroses", "rhinoceros"}};
   const auto found = irregular.find(word);
   if (found != irregular.end()) return found->second;
   const auto without = [&](size_t n) { return word.substr(0, word.size() - n); };
@@ -22,6 +60,7 @@ std::string singular(const std::string& word) {
     if (word.ends_with("ies")) return without(3) + "y";
     for (const char* ending : {"sses", "xes", "ches", "shes", "oes"})
       if (word.ends_with(ending)) return without(2);
+    if (word.size() > 6 && word.ends_with("uses") && !word.ends_with("ouses")) return without(2);
   }
   const bool keeps = word.ends_with("ss") || word.ends_with("us") || word.ends_with("is");
   return word.size() > 3 && word.ends_with('s') && !keeps ? without(1) : word;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "fitting/predict/http_post.h"
 #include "gaussians/base/error.h"
@@ -32,6 +33,8 @@ const char kTask[] =
     "density rho in kg/m^3 of the part of the object that bends or moves, each as its lowest, most typical and highest "
     "plausible value, and with a few words on what it is (what).";
 
+bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
 /// Printable ASCII and at most that many characters of a text.
 std::string plain(const std::string& text, size_t most) {
   std::string out;
@@ -49,7 +52,8 @@ Json request_of(const LlmOptions& options, const std::string& label, const std::
   const Json number = {{"type", "number"}};
   const Json band = object_schema({{"low", number}, {"typical", number}, {"high", number}});
   const Json schema = object_schema({{"E", band}, {"nu", band}, {"rho", band}, {"what", {{"type", "string"}}}});
-  Json content = Json::array({{{"type", "text"}, {"text", "label: " + Json(label).dump()}}});
+  const std::string quoted = Json(label).dump(-1, ' ', false, Json::error_handler_t::replace);
+  Json content = Json::array({{{"type", "text"}, {"text", "label: " + quoted}}});
   if (!view.empty())
     content.push_back({{"type", "image_url"}, {"image_url", {{"url", "data:image/png;base64," + base64(view)}}}});
   return {{"model", options.model},
@@ -128,8 +132,23 @@ void remember(const std::filesystem::path& file, const std::string& content) {
 
 std::string llm_key() {
   for (const char* name : {"PLIANT_LLM_KEY", "OPENAI_API_KEY"})
-    if (const char* key = std::getenv(name); key && *key) return key;
+    if (const char* value = std::getenv(name); value && *value) {
+      std::string key = value;
+      while (!key.empty() && std::string_view("\r\n\t ").find(key.back()) != std::string_view::npos) key.pop_back();
+      if (std::any_of(key.begin(), key.end(), is_control))
+        throw usage_error(name, "", "contains control characters", "set it to the key alone");
+      if (!key.empty()) return key;
+    }
   return {};
+}
+
+std::string sent_label(const std::string& label) {
+  size_t end = std::min(label.size(), kMaxLabel);
+  const auto within_character = [&] { return (static_cast<unsigned char>(label[end]) & 0xc0) == 0x80; };
+  while (end > 0 && end < label.size() && within_character()) --end;
+  std::string out = label.substr(0, end);
+  std::replace_if(out.begin(), out.end(), is_control, ' ');
+  return out;
 }
 
 MaterialBounds material_bounds(const MaterialTable& table, const PriorMatch* match) {
@@ -156,7 +175,7 @@ MaterialBounds material_bounds(const MaterialTable& table, const PriorMatch* mat
 LlmAnswer ask_llm(const LlmOptions& options, const MaterialBounds& bounds, const std::string& given_label,
                   const std::string& view) {
   if (options.url.empty()) return {};
-  const std::string label = plain(given_label, kMaxLabel);
+  const std::string label = sent_label(given_label);
   const std::filesystem::path file = options.cache.empty() ? "" : cache_file(options, label, view);
   if (!file.empty()) {
     if (std::optional<LlmMaterial> material = remembered(file, bounds)) return {material, ""};

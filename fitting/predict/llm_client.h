@@ -18,7 +18,8 @@ struct LlmOptions {
   size_t max_answer = 256 * 1024;  ///< bytes
 };
 
-/// The environment's PLIANT_LLM_KEY, else OPENAI_API_KEY, else nothing.
+/// The environment's PLIANT_LLM_KEY, else OPENAI_API_KEY, else nothing; without blanks and line breaks at its end.
+/// Throws Error{kUsage} for control characters within it.
 std::string llm_key();
 
 /// Lowest and highest E, nu, rho that an answer may have.
@@ -27,6 +28,9 @@ struct MaterialBounds {
 };
 /// Those of all materials in the classes of the moving parts; of the whole table without a match.
 MaterialBounds material_bounds(const MaterialTable& table, const PriorMatch* match);
+
+/// A label as it is sent: blanks in place of control characters, and at most 200 bytes of whole UTF-8 characters.
+std::string sent_label(const std::string& label);
 
 struct LlmMaterial {
   Band young, poisson, density;  ///< Pa, 1, kg/m^3, ordered and within the bounds
@@ -41,9 +45,9 @@ struct LlmAnswer {
 };
 
 /// Asks a language model once for the material of what `label` names and `view` (a PNG; may be empty) shows: chat
-/// completion with a JSON schema.  The label travels as data, at most 200 characters of it; whatever the answer says,
-/// only nine checked and clamped numbers and a short text are taken from it.  Never throws for what the service does;
-/// answers are cached by model, label and view.
+/// completion with a JSON schema.  The label travels as data, see sent_label; whatever the answer says, only nine
+/// checked and clamped numbers and a short text are taken from it.  Never throws for what the service does; answers are
+/// cached by model, label and view.
 LlmAnswer ask_llm(const LlmOptions& options, const MaterialBounds& bounds, const std::string& label,
                   const std::string& view);
 

@@ -31,7 +31,7 @@ struct MaterialPrior {
   /// Hz, the first at which it visibly sways, by the square root of E / rho where the label names another material
   /// than the usual one; 0 = rigid; none where there is no height, and for a rigid thing made of something far softer.
   std::optional<Band> frequency;
-  double certainty = 0;  ///< of the match, 0..1
+  double certainty = 0;  ///< of the match, 0..1; 1 where a language model alone knows the label
   std::string words;     ///< what was understood and where the numbers come from
 };
 

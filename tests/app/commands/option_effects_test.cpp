@@ -250,7 +250,7 @@ TEST_F(OptionEffects, OfPredict) {
   try_all<PredictStage>({}, {"llm-url", "llm-model"});
   try_all<PredictStage>({"--label", "palm"}, {"material", "llm-url", "llm-model"});
   try_all<PredictStage>({"--young", "2e4"}, {"softness", "llm-url", "llm-model"});
-  try_all<PredictStage>({"--llm-url", values_.at("predict.llm-url"), "--llm-model", "other"}, {});
+  try_all<PredictStage>({"--llm-url", values_.at("predict.llm-url"), "--llm-model", "other"}, {"material"});
 }
 
 TEST_F(OptionEffects, OfReconstructExtractRepairSeedAndRender) {

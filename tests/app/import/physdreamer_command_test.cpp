@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -114,29 +115,57 @@ void expect_masks_and_videos(const fs::path& scene, const RunDirectory& run) {
   fs::remove_all(scene / "masks");
 }
 
-/// A field whose value is the same everywhere: only the last bias is not zero.
-std::string constant_field(const std::vector<float>& value) {
-  std::vector<std::pair<std::string, std::string>> tensors;
+struct NamedTensor {
+  std::string name;
+  std::vector<int64_t> shape;
+  std::vector<float> values;
+};
+
+std::string state_dict_of(const std::vector<NamedTensor>& tensors) {
+  std::vector<std::pair<std::string, std::string>> entries;
   std::vector<std::string> storages;
-  const auto add = [&](const std::string& name, const std::vector<int64_t>& shape, float fill,
-                       const std::vector<float>& values = {}) {
+  for (const auto& [name, shape, values] : tensors) {
     int64_t count = 1;
     std::vector<int64_t> stride(shape.size());
     for (size_t a = shape.size(); a-- > 0;) {
       stride[a] = count;
       count *= shape[a];
     }
-    tensors.push_back(
+    EXPECT_EQ(static_cast<size_t>(count), values.size()) << name;
+    entries.push_back(
         {name, tensor_pickle("FloatStorage", static_cast<int>(storages.size()), count, 0, shape, stride)});
-    storages.push_back(floats(values.empty() ? std::vector<float>(count, fill) : values));
-  };
+    storages.push_back(floats(values));
+  }
+  return torch_archive("archive", pickle_of(entries), storages);
+}
+
+/// A field whose value is the same everywhere: only the last bias is not zero.
+std::string constant_field(const std::vector<float>& value, const std::vector<int64_t>& plane = {4, 8, 8}) {
   const int64_t n = static_cast<int64_t>(value.size());
-  for (int k = 0; k < 3; ++k) add("planes." + std::to_string(k), {1, 4, 8, 8}, 0.3f);
-  add("decoder.0.weight", {4, 4}, 0.1f);
-  add("decoder.0.bias", {4}, 0.0f);
-  add("decoder.2.weight", {n, 4}, 0.0f);
-  add("decoder.2.bias", {n}, 0, value);
-  return torch_archive("archive", pickle_of(tensors), storages);
+  std::vector<NamedTensor> tensors;
+  for (int k = 0; k < 3; ++k)
+    tensors.push_back({"kplanes_encoding.plane_coefs." + std::to_string(k), plane, std::vector<float>(256, 0.3f)});
+  tensors.push_back({"decoder.layers.0.weight", {4, 4}, std::vector<float>(16, 0.1f)});
+  tensors.push_back({"decoder.layers.0.bias", {4}, std::vector<float>(4)});
+  tensors.push_back({"decoder.layers.1.weight", {n, 4}, std::vector<float>(value.size() * 4)});
+  tensors.push_back({"decoder.layers.1.bias", {n}, value});
+  return state_dict_of(tensors);
+}
+
+/// Names and shapes of the released code: the value rises along x from 0 to 100 within the box `aabb`.
+std::string linear_field(const std::vector<float>& aabb) {
+  std::vector<float> plane(256);
+  for (size_t i = 0; i < 64; ++i) plane[i] = static_cast<float>(i % 8) / 7;
+  std::vector<float> same(16);
+  for (size_t i = 0; i < 4; ++i) same[5 * i] = 1;
+  return state_dict_of({{"aabb", {2, 3}, aabb},
+                        {"kplanes_encoding.plane_coefs.0", {4, 8, 8}, plane},
+                        {"kplanes_encoding.plane_coefs.1", {4, 8, 8}, std::vector<float>(256)},
+                        {"kplanes_encoding.plane_coefs.2", {4, 8, 8}, std::vector<float>(256)},
+                        {"decoder.layers.0.weight", {4, 4}, same},
+                        {"decoder.layers.0.bias", {4}, std::vector<float>(4)},
+                        {"decoder.layers.1.weight", {1, 4}, {100, 0, 0, 0}},
+                        {"decoder.layers.1.bias", {1}, {0}}});
 }
 
 /// The demo's scene as PhysDreamer keeps scenes; the flower's stem and blossom move.
@@ -194,14 +223,25 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   const RunDirectory run = RunDirectory::open(out);
   const fs::path object = run / object_folder(run);
   const Scene loaded = load_run_scene(run);
-  const double edge =
-      physdreamer_roles({}, *physdreamer_folder(loaded), loaded.cloud.position).space.scale * loaded.metres_per_unit;
+  const PhysDreamerSpace space = physdreamer_roles({}, *physdreamer_folder(loaded), loaded.cloud.position).space;
+  const double edge = space.scale * loaded.metres_per_unit;
   const MaterialFile material = read_material(object / "material.h5");
   for (const float young : material.young) EXPECT_NEAR(young / (1.25e5 * edge * edge), 1, 1e-5);
   EXPECT_EQ(material.density.front(), 2000);
   const VelocityFile start = read_velocity(object / "velocity.h5");
   EXPECT_NEAR(start.velocity.front().x(), 0.2 * edge, 1e-6);
   EXPECT_NEAR(start.velocity.front().z(), -0.1 * edge, 1e-6);
+
+  // The box that a file holds is where its field lies.
+  folder.file("flower/sim_fields.pt", linear_field({0.4f, 0.2f, 0.1f, 0.5f, 0.8f, 0.9f}));
+  ASSERT_EQ(run_quietly(released), 0);
+  const std::vector<float> linear = read_material(object / "material.h5").young;
+  const std::vector<Vec3f> places = read_particles(object / "particles.h5").solid_position;
+  ASSERT_EQ(linear.size(), places.size());
+  for (size_t i = 0; i < places.size(); ++i) {
+    const double along = std::clamp((space.inside(places[i].cast<double>()).x() - 0.4) / 0.1, 0.0, 1.0);
+    EXPECT_NEAR(linear[i] / (edge * edge), 1e5 + 1e5 * along, 20);
+  }
 
   folder.file("flower/sim_fields.pt", constant_field({25, 3}));
   EXPECT_EQ(run_quietly(released), 1);
@@ -219,6 +259,15 @@ TEST(PhysDreamerFields, WhatIsNoFieldIsRefusedByName) {
   EXPECT_EQ(field.hidden, 4);
   EXPECT_EQ(field.resolution, 8);
   EXPECT_EQ(field.parameters.size(), 3u * 4 * 64 + 16 + 4 + 12 + 3);
+  EXPECT_FALSE(field.box);
+  const std::string leading = constant_field({1, 2, 3}, {1, 4, 8, 8});
+  EXPECT_EQ(read_physdreamer_field(folder.file("leading.pt", leading), 3).parameters, field.parameters);
+  const PhysDreamerField boxed = read_physdreamer_field(folder.file("box.pt", linear_field({0, 1, 2, 3, 4, 5})), 1);
+  ASSERT_TRUE(boxed.box);
+  EXPECT_EQ((*boxed.box)[0], Vec3d(0, 1, 2));
+  EXPECT_EQ((*boxed.box)[1], Vec3d(3, 4, 5));
+  folder.file("flat.pt", linear_field({0, 1, 2, 3, 1, 5}));
+  expect_error(Failure::kInput, {"flat.pt", "aabb", "low end"}, [&] { read_physdreamer_field(folder / "flat.pt", 1); });
   expect_error(Failure::kInput, {"good.pt", "3 values", "1 are needed"},
                [&] { read_physdreamer_field(folder / "good.pt", 1); });
   folder.file("conv.pt",

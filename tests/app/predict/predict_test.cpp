@@ -14,6 +14,7 @@
 #include "gaussians/io/files/json_file.h"
 #include "tests/app/beam_scene.h"
 #include "tests/app/run_pliant.h"
+#include "tests/fitting/predict/mock_server.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -50,6 +51,22 @@ TEST(ObjectPrior, OfANameThatMeansNothingIsAGuessAndALabelThatMeansNothingIsRefu
     object_prior({"", "xyzzy", "object_1", {}, {}});
   });
   expect_error(Failure::kUsage, {"--material", "unobtainium"}, [] { object_prior({"unobtainium", "", "", {}, {}}); });
+}
+
+TEST(ObjectPrior, OfALabelThatOnlyALanguageModelKnows) {
+  int status = 401;
+  MockServer server([&](int connection, const std::string&) {
+    reply(connection, status == 200 ? envelope(kGood) : "no", status == 200 ? "200 OK" : "401 Unauthorized");
+  });
+  const PriorQuestion question{"", "椅子", "object_1", options_for(server.url()), {}};
+  expect_error(Failure::kUsage, {"--label", "401"}, [&] { object_prior(question); });
+  EXPECT_TRUE(object_prior({"", "palm", "", question.llm, {}}).unanswered);
+  status = 200;
+  const ObjectPrior prior = object_prior(question);
+  EXPECT_EQ(prior.name, "椅子");
+  EXPECT_EQ(prior.warning, "");
+  EXPECT_EQ(prior.young.typical, 3e6);
+  EXPECT_FALSE(prior.unanswered || prior.height);
 }
 
 /// A beam whose scene file says nothing of its material.
@@ -149,6 +166,44 @@ TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
   EXPECT_EQ(predict({"--llm-url", "http://127.0.0.1:9/v1", "--llm-model", "m"}), 0);  // down: the table is used
   EXPECT_EQ(run_quietly({"predict", "--list", "--label", "palm"}), 2);
   EXPECT_EQ(run({"--young", "1", "--poisson", "0.3", "--density", "1", "--softness", "0.5"}), 2);
+}
+
+TEST_F(Predict, RunTakesALabelThatOnlyALanguageModelKnows) {
+  MockServer server([&](int connection, const std::string&) { reply(connection, envelope(kGood)); });
+  ASSERT_EQ(run({"--label", "zorbulon", "--predict.llm-url", server.url(), "--predict.llm-model", "mock"}), 0);
+  EXPECT_EQ(server.requests, 1);
+  EXPECT_EQ(summary("predict")["understood"], "zorbulon");
+  EXPECT_EQ(summary("predict")["density"], 800);
+  EXPECT_EQ(run({"--label", "zorbulon"}), 2);
+}
+
+TEST_F(Predict, AsksAServiceThatFailedAgain) {
+  std::string status = "401 Unauthorized";
+  MockServer server([&](int connection, const std::string&) {
+    reply(connection, envelope(kGood), status);
+    status = "200 OK";
+  });
+  ASSERT_EQ(run({}), 0);
+  const auto predict = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"predict", (folder_ / "run").string(), "--llm-url", server.url(), "--llm-model", "m"});
+    return run_quietly(words);
+  };
+  ASSERT_EQ(predict({"--label", "rose"}), 0);
+  EXPECT_TRUE(summary("predict")["unanswered"]);
+  for (int again = 0; again < 2; ++again) {
+    ASSERT_EQ(predict({"--label", "rose"}), 0);
+    EXPECT_FALSE(summary("predict")["unanswered"]);
+    EXPECT_EQ(summary("predict")["density"], 800);
+    EXPECT_EQ(server.requests, 2);
+  }
+  EXPECT_EQ(predict({"--material", "steel"}), 2);
+}
+
+TEST_F(Predict, ConstantsOfThePredictedLawAreTakenAndOthersAreNot) {
+  ASSERT_EQ(run({"--label", "plasticine", "--simulate.yield-stress", "1e4"}), 0);
+  EXPECT_EQ(summary("predict")["material"]["law"], "plasticine");
+  EXPECT_EQ(run({"--label", "wooden chair", "--simulate.yield-stress", "100"}), 2);
+  EXPECT_EQ(summary("predict")["material"]["law"], "fixed_corotated") << "simulate refuses it, after the prediction";
 }
 
 TEST_F(Predict, AdaptiveSamplingSeesThePredictionInOneCommand) {

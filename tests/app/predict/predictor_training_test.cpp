@@ -10,9 +10,13 @@
 #include "app/store/particles.h"
 #include "fitting/distribution/distribution_loss.h"
 #include "fitting/distribution/distribution_network.h"
+#include "fitting/distribution/local_features.h"
+#include "gaussians/base/random.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/splats.h"
 #include "tests/app/fit_video_scene.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -113,6 +117,50 @@ TEST_F(TrainPredictor, SplatsWithAFieldBesideThemJoin) {
   for (Vec3f& x : field.position) x.x() *= 5;
   write_material_field(objects / "daisy-1.npz", field);
   EXPECT_EQ(train("other", {"--objects", objects.string()}), 1);
+}
+
+/// A ball on a wide plate that stands along `up`.
+GaussianCloud ball_on_plate(const Vec3f& up) {
+  GaussianCloud cloud;
+  cloud.resize(6000);
+  Random random(5);
+  const Vec3f a = Vec3f::UnitX(), b = up.cross(a);
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    Vec3f x;
+    do {
+      for (int k = 0; k < 3; ++k) x[k] = random.uniform(-1, 1);
+    } while (x.norm() > 1);
+    x = i < 3000 ? Vec3f(2 * x.x(), 2 * x.y(), 0.03f * x.z()) : Vec3f(0.5f * x + 0.55f * Vec3f::UnitZ());
+    cloud.position[i] = x.x() * a + x.y() * b + x.z() * up;
+    cloud.opacity_logit[i] = 3;
+    cloud.log_scale[i] = Vec3f::Constant(-3);
+  }
+  return cloud;
+}
+
+TEST(SplatObjects, StandAsTheyAreWhicheverAxisIsUp) {
+  const TemporaryFolder folder;
+  std::vector<float> means[2];
+  const Vec3f ups[] = {Vec3f(0, -1, 0), Vec3f(0, 0, 1)};
+  for (int turned = 0; turned < 2; ++turned) {
+    const fs::path objects = folder / std::to_string(turned);
+    fs::create_directories(objects);
+    const GaussianCloud cloud = ball_on_plate(ups[turned]);
+    write_ply(objects / "lamp-1.ply", cloud);
+    MaterialFile field;
+    field.position = cloud.position;
+    field.young.assign(cloud.size(), 1e5f);
+    field.poisson.assign(cloud.size(), 0.3f);
+    field.density.assign(cloud.size(), 400);
+    write_material_field(objects / "lamp-1.npz", field);
+    const MaterialObject object = splat_objects(objects, 1).at(0);
+    EXPECT_GT(object.up.dot(ups[turned]), 0.999f) << object.up.transpose();
+    const std::vector<float> features = local_features({object.samples, object.colour, {}, object.up, {}});
+    means[turned].resize(kFeatures);
+    for (size_t i = 0; i < features.size(); ++i)
+      means[turned][i % kFeatures] += features[i] / static_cast<float>(object.samples.size());
+  }
+  for (int f = 0; f < kFeatures; ++f) EXPECT_NEAR(means[0][f], means[1][f], 0.2) << f;
 }
 
 }  // namespace

@@ -104,7 +104,23 @@ TEST(ObjectDistribution, KeepsTheMeansOfWhatCounts) {
   }
   EXPECT_NEAR(young / total, means.young, 1e-5 * means.young);
   EXPECT_NEAR(density / total, means.density, 1e-5 * means.density);
-  EXPECT_NEAR(poisson / total, means.poisson, 0.01);
+  EXPECT_NEAR(poisson / total, means.poisson, 1e-4);
+}
+
+TEST(ObjectDistribution, KeepsEveryPoissonRatioThatIsPossible) {
+  const Block block(6);
+  const std::vector<float>& volume = block.samples.volume;
+  for (const double wanted : {-0.3, 0.02, 0.3, 0.49, 0.497}) {
+    const auto found = object_distribution(made_network(5), block.input(), volume, {3e6, wanted, 640});
+    double total = 0, sum = 0;
+    for (size_t i = 0; i < volume.size(); ++i) {
+      total += volume[i];
+      sum += volume[i] * found.poisson[i];
+      EXPECT_GT(found.poisson[i], -1);
+      EXPECT_LT(found.poisson[i], 0.5);
+    }
+    EXPECT_NEAR(sum / total, wanted, 1e-4);
+  }
 }
 
 }  // namespace

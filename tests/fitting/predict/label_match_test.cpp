@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <set>
+#include <string>
+
 #include "fitting/predict/label_words.h"
 
 namespace pliant {
@@ -26,6 +30,56 @@ TEST(LabelWords, IgnoreCaseHyphensArticlesAndPlural) {
   EXPECT_EQ(label_key("children on skis"), "child on ski");
   EXPECT_EQ(label_key(""), "");
   EXPECT_EQ(label_key("\xff\xfe\x01 ---"), "");
+}
+
+TEST(LabelWords, OfAPluralAreThoseOfTheSingular) {
+  const std::map<std::string, std::string> irregular = {{"leaf", "leaves"},
+                                                        {"loaf", "loaves"},
+                                                        {"knife", "knives"},
+                                                        {"shelf", "shelves"},
+                                                        {"bookshelf", "bookshelves"},
+                                                        {"calf", "calves"},
+                                                        {"scarf", "scarves"},
+                                                        {"wolf", "wolves"},
+                                                        {"hoof", "hooves"},
+                                                        {"potato", "potatoes"},
+                                                        {"tomato", "tomatoes"},
+                                                        {"mango", "mangoes"},
+                                                        {"man", "men"},
+                                                        {"woman", "women"},
+                                                        {"snowman", "snowmen"},
+                                                        {"child", "children"},
+                                                        {"goose", "geese"},
+                                                        {"foot", "feet"},
+                                                        {"tooth", "teeth"},
+                                                        {"mouse", "mice"}};
+  // Plurals, and names that have none.
+  const std::set<std::string> same = {
+      "cacti", "reeds",     "trousers", "pants",   "scissors", "grapes", "broccoli", "binoculars", "headphones",
+      "sushi", "jeans",     "pages",    "pebbles", "quartz",   "brie",   "tofu",     "noodles",    "salami",
+      "mochi", "spaghetti", "molasses", "abs",     "xps",      "eps",    "tpu"};
+  const auto plural = [&](const std::string& w) {
+    if (const auto found = irregular.find(w); found != irregular.end()) return found->second;
+    if (same.count(w)) return w;
+    const auto ends = [&](const char* end) { return w.ends_with(end); };
+    if (ends("y") && std::string("aeiou").find(w[w.size() - 2]) == std::string::npos)
+      return w.substr(0, w.size() - 1) + "ies";
+    return w + (ends("s") || ends("x") || ends("z") || ends("ch") || ends("sh") ? "es" : "s");
+  };
+  const auto check = [&](const std::string& w) {
+    if (w.find_first_not_of("abcdefghijklmnopqrstuvwxyz") == std::string::npos) {
+      EXPECT_EQ(label_key(plural(w)), label_key(w)) << w;
+    }
+  };
+  for (const KnownMaterial& m : material_table().materials) {
+    check(m.name);
+    for (const std::string& w : m.synonyms) check(w);
+  }
+  for (const KnownObject& o : material_table().objects) {
+    check(o.name);
+    for (const std::string& w : o.synonyms) check(w);
+  }
+  EXPECT_EQ(label_key("movies zombies blouses houses"), "movie zombie blouse house");
 }
 
 TEST(LabelWords, AreFewHoweverLongTheText) {

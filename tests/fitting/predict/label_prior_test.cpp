@@ -59,7 +59,10 @@ TEST(LabelPrior, OfALabelThatOnlyTheModelKnows) {
   EXPECT_EQ(asked.prior->name, "xyzzy");
   expect_equal(asked.prior->young, {1e6, 3e6, 1e7});
   EXPECT_FALSE(asked.prior->height || asked.prior->frequency);
-  EXPECT_EQ(asked.prior->certainty, 0);
+  EXPECT_EQ(asked.prior->certainty, 1);
+  const LabelPrior other = prior_with([](int connection) { reply(connection, envelope(kGood)); }, "椅子");
+  ASSERT_TRUE(other.prior);
+  EXPECT_EQ(other.prior->name, "椅子");
 }
 
 TEST(LabelPrior, IsTheTablesWhenTheModelIsDownSlowOrTalksNonsense) {

@@ -218,9 +218,35 @@ TEST(LlmClient, TakesItsKeyFromTheEnvironment) {
   EXPECT_EQ(llm_key(), "general");
   ::setenv("PLIANT_LLM_KEY", "own", 1);
   EXPECT_EQ(llm_key(), "own");
+  ::setenv("PLIANT_LLM_KEY", "abc \t\r\n", 1);
+  EXPECT_EQ(llm_key(), "abc");
+  ::setenv("PLIANT_LLM_KEY", "abc\r\nX-Evil: 1", 1);
+  expect_error(Failure::kUsage, {"PLIANT_LLM_KEY", "control characters"}, [] { llm_key(); });
   ::unsetenv("PLIANT_LLM_KEY");
   ::unsetenv("OPENAI_API_KEY");
   EXPECT_EQ(llm_key(), "");
+}
+
+TEST(LlmClient, SendsALabelInEveryScriptAndRemembersItByItsCharacters) {
+  const TemporaryFolder folder;
+  std::vector<std::string> sent;
+  MockServer server([&](int connection, const std::string& request) {
+    const auto body = nlohmann::json::parse(request.substr(request.find("\r\n\r\n")));
+    sent.push_back(body["messages"][1]["content"][0]["text"]);
+    reply(connection, envelope(kGood));
+  });
+  LlmOptions options = options_for(server.url());
+  options.cache = folder / "cache";
+  for (const char* label : {"椅子", "沙发", "a\xff\nb"}) {
+    const LlmAnswer answer = ask_llm(options, rose_bounds(), label, "");
+    ASSERT_TRUE(answer.material) << answer.failure;
+    EXPECT_FALSE(answer.material->cached) << label;
+  }
+  EXPECT_EQ(sent, (std::vector<std::string>{"label: \"椅子\"", "label: \"沙发\"", "label: \"a\xef\xbf\xbd b\""}));
+  std::string many;
+  for (int i = 0; i < 100; ++i) many += "椅";
+  EXPECT_EQ(sent_label(many), many.substr(0, 198)) << "whole characters";
+  EXPECT_EQ(sent_label(std::string(300, 'x')), std::string(200, 'x'));
 }
 
 }  // namespace pliant
