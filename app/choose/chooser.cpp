@@ -150,6 +150,12 @@ void Chooser::receive(const std::string& text, Connection& from) {
     const ChooseRequest request = parse_choose_request(text);
     const std::lock_guard lock(mutex_);
     if (request.kind == ChooseRequest::Kind::kCancel) {
+      if (request_ && !begun_) {
+        request_.reset();
+        tell_locked({{"busy", ""}});
+        tell_locked({{"failed", "Cancelled."}});
+        return;
+      }
       cancelled_ = true;
       wake_.notify_one();
       return;
@@ -160,9 +166,12 @@ void Chooser::receive(const std::string& text, Connection& from) {
       return;
     }
     if (request_) throw wrong("", "was sent while another request is in progress; wait, or cancel it");
+    if (keeping_ && request.object != 0)
+      throw wrong("object", "has no meaning now: the objects are being replaced; choose again");
     cancelled_ = false;
     if (request.kind == ChooseRequest::Kind::kSelect) return select(request);
     request_ = request;
+    tell_locked({{"busy", name_of(request.kind)}});
   } catch (const std::exception& error) {
     from.send_text(json({{"error", error.what()}}).dump(-1, ' ', false, json::error_handler_t::replace));
     return;
@@ -175,7 +184,7 @@ void Chooser::select(const ChooseRequest& request) {
   early_.reset();
   selected_.reset();
   failed_.clear();
-  if (request.marks.empty()) return;
+  if (request.marks.empty()) return name_.clear();
   asked_ = request.marks;
   if (selecting_)
     selecting_->ask(request.marks, request.camera);
@@ -207,10 +216,12 @@ void Chooser::work() {
   const int threads = context_.threads > 0 ? context_.threads : omp_get_max_threads();
   Progress progress(true);
   tell_progress(progress, context_, [this](const json& message) { tell(message); });
-  const Context context{progress, [this] { return cancelled_ || ended_ || context_.interrupted(); }, context_.seed,
-                        context_.threads, context_.overwrite};
+  const auto ended = [this] { return ended_ || context_.interrupted(); };
+  const Context behind{progress, ended, context_.seed, context_.threads, context_.overwrite};
+  const Context context{progress, [&] { return cancelled_ || ended(); }, context_.seed, context_.threads,
+                        context_.overwrite};
   omp_set_num_threads(threads);
-  carry_out("", [&] { prepare(context); });
+  carry_out("", [&] { prepare(behind); });
   for (;;) {
     std::string doing;
     {
@@ -224,18 +235,19 @@ void Chooser::work() {
       }
       if (ended_) return;
       if (request_) doing = name_of(request_->kind);
+      begun_ = !doing.empty();
+      keeping_ = doing.empty();
     }
     omp_set_num_threads(threads);
     if (doing.empty())
-      carry_out(doing, [&] { keep(context); });
+      carry_out(doing, [&] { keep(behind); });
     else
-      carry_out(doing, [&] { carry_out(context, *request_); });
+      carry_out(doing, [&] { carry_out(context, behind, *request_); });
   }
 }
 
-/// Work that everyone is told of under a name; that without a name goes on behind.
+/// Work for the request of this name, of whose end everyone is told; that without a name goes on behind.
 void Chooser::carry_out(const std::string& name, const std::function<void()>& work) {
-  if (!name.empty()) tell({{"busy", name}});
   json failure;
   try {
     work();
@@ -244,14 +256,14 @@ void Chooser::carry_out(const std::string& name, const std::function<void()>& wo
   } catch (const std::exception& error) {
     failure = {{"failed", error.what()}};
   }
+  const std::lock_guard lock(mutex_);
+  keeping_ = false;
   if (!name.empty()) {
-    {
-      const std::lock_guard lock(mutex_);
-      request_.reset();
-    }
-    tell({{"busy", ""}});
+    request_.reset();
+    begun_ = false;
+    tell_locked({{"busy", ""}});
   }
-  if (!failure.is_null()) tell(failure);
+  if (!failure.is_null()) tell_locked(failure);
 }
 
 void Chooser::prepare(const Context& context) {
@@ -265,15 +277,24 @@ void Chooser::prepare(const Context& context) {
 
 void Chooser::keep(const Context& context) {
   std::optional<Marks> marks;
+  std::string name;
   {
     const std::lock_guard lock(mutex_);
     marks.swap(selected_);
+    name = name_;
   }
   if (!marks || *marks == marks_) return;
   const SegmentStage segment = segment_by(*marks);
   run_segment(context, run_, scene_, segment);
   marks_ = *std::move(marks);
+  if (!name.empty()) name_object(context, SelectionShape::kObject, name);
   tell_kept(show());
+}
+
+void Chooser::name_object(const Context& context, uint32_t object, const std::string& name) {
+  EditStage edit;
+  edit.edits.push_back({ObjectEdit::Kind::kName, {std::to_string(object)}, name});
+  run_edit(context, run_, scene_, edit);
 }
 
 void Chooser::tell_kept(const json& shown) {
@@ -282,16 +303,19 @@ void Chooser::tell_kept(const json& shown) {
   tell({{"kept", {{"things", shown.at("things")}, {"views", views}}}});
 }
 
-void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
+void Chooser::carry_out(const Context& context, const Context& behind, const ChooseRequest& request) {
   using Kind = ChooseRequest::Kind;
   if (request.kind != Kind::kFind && request.object == 0) await_answer();
   {
-    // Nothing of the marks is written once they count no more.
+    // Nothing of the marks is written once they count no more: it would replace the objects that are listed.
     const std::lock_guard lock(mutex_);
-    if (request.kind != Kind::kName) asked_.reset();
-    if (request.kind == Kind::kFind) selected_.reset();
+    if (request.kind == Kind::kFind || request.object != 0) {
+      asked_.reset();
+      selected_.reset();
+    }
   }
-  keep(context);
+  keep(behind);
+  if (context.interrupted()) throw Error(Failure::kInterrupted, "view", "", "interrupted", "choose again");
   if (request.kind == Kind::kMake) {
     Scene scene = scene_;  // which the object may scale
     ObjectStages stages = stages_;
@@ -311,10 +335,12 @@ void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
     return;
   }
   if (request.kind == Kind::kName) {
-    EditStage edit;
     const uint32_t object = request.object == 0 ? SelectionShape::kObject : request.object;
-    edit.edits.push_back({ObjectEdit::Kind::kName, {std::to_string(object)}, request.label});
-    run_edit(context, run_, scene_, edit);
+    name_object(context, object, request.label);
+    if (!marks_.empty() && object == SelectionShape::kObject) {
+      const std::lock_guard lock(mutex_);
+      name_ = request.label;
+    }
     tell_kept(show());
     return;
   }
@@ -322,13 +348,21 @@ void Chooser::carry_out(const Context& context, const ChooseRequest& request) {
   segment.automatic = true;
   run_segment(context, run_, scene_, segment);
   marks_ = {};
+  {
+    const std::lock_guard lock(mutex_);
+    name_.clear();
+  }
   show();
   tell({{"reload", true}});
 }
 
 void Chooser::tell(const json& message) {
-  const std::string text = message.dump(-1, ' ', false, json::error_handler_t::replace);
   const std::lock_guard lock(mutex_);
+  tell_locked(message);
+}
+
+void Chooser::tell_locked(const json& message) {
+  const std::string text = message.dump(-1, ' ', false, json::error_handler_t::replace);
   for (const std::weak_ptr<Connection>& visitor : visitors_)
     if (const auto connection = visitor.lock()) connection->send_text(text);
 }

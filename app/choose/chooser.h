@@ -24,8 +24,9 @@ namespace pliant {
 ///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
 ///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says
 ///                                                   what it is; 0 is what is selected
-///   "name": {"object": id, "name": "..."}           name it, as `pliant segment edit --name` does
-///   "cancel": true                                  stops what is under way
+///   "name": {"object": id, "name": "..."}           name it, as `pliant segment edit --name` does; a selection keeps
+///                                                   its name until it has no marks
+///   "cancel": true                                  stops what is under way, and takes back what waits
 /// Answers, to all clients: {"busy": what, or ""}, {"progress": {"text", "fraction"}}, {"said", "warning"},
 /// {"failed": text}, and {"reload": true} where the address now shows something else; to the one, {"error": text}.
 /// Pages that move the object are told {"said": text} when its hole is repaired.
@@ -61,7 +62,8 @@ class Chooser {
   void receive(const std::string& text, Connection& from);
   void work();
   void carry_out(const std::string& name, const std::function<void()>& work);
-  void carry_out(const Context& context, const ChooseRequest& request);
+  /// `behind` is the context of keep, which a client does not cancel.
+  void carry_out(const Context& context, const Context& behind, const ChooseRequest& request);
   void prepare(const Context& context);
   void select(const ChooseRequest& request);
   void take_answer(const Selecting::Answer& answer);
@@ -69,8 +71,10 @@ class Chooser {
   void await_answer();
   /// Writes what was selected last, where that has not been done, and tells what is there now.
   void keep(const Context& context);
+  void name_object(const Context& context, uint32_t object, const std::string& name);
   void tell_kept(const nlohmann::json& shown);
   void tell(const nlohmann::json& message);
+  void tell_locked(const nlohmann::json& message);  // where mutex_ is held
 
   const Context& context_;
   RunDirectory& run_;
@@ -83,11 +87,14 @@ class Chooser {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<std::weak_ptr<Connection>> visitors_;
-  std::optional<ChooseRequest> request_;  // that is under way
+  std::optional<ChooseRequest> request_;  // that waits or is under way
+  bool begun_ = false;                    // it is under way
+  bool keeping_ = false;                  // the objects are being replaced by the selection
   std::optional<ChooseRequest> early_;    // to select, before the scene was prepared
   std::optional<Marks> asked_;            // marks that are not answered yet
   std::string failed_;                    // why the last ones select nothing
   std::optional<Marks> selected_;         // by marks, not written yet
+  std::string name_;                      // of the selection, which the next marks keep; empty = it has none
   std::chrono::steady_clock::time_point selected_at_;
   std::unique_ptr<Selecting> selecting_;  // null while the scene is being prepared
   std::atomic<bool> cancelled_ = false, ended_ = false;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/live/recording.h"
 #include "app/page/interaction_numbers.h"
 #include "gaussians/base/error.h"
@@ -47,6 +49,7 @@ void LiveClient::receive(std::string text) {
       connection_->close();
       return;
     }
+    text.resize(std::min(text.size(), kMostMessage + 1));  // longer ones are refused
     inbox_.push_back(std::move(text));
   }
   wake_.notify_one();

@@ -34,11 +34,12 @@ struct LocalServerOptions {
   std::filesystem::path drop_folder;  ///< where files that a page sends are written
   // What clients may cost.
   int most_connections = 32, most_clients = 4;
-  size_t most_header = 8 << 10, most_message = 64 << 10;  ///< bytes
-  size_t most_unread = 64 << 20;                          ///< bytes that wait for a client before it is dropped
-  double messages_per_second = 240;                       ///< after a burst of twice as many; then they wait
-  size_t most_dropped = size_t{4} << 30;                  ///< bytes of a file that a page sends
-  double read_timeout = 5, idle_timeout = 60;             ///< s, of a request and of a WebSocket
+  size_t most_header = 8 << 10;                ///< bytes
+  size_t most_message = 16 << 20;              ///< bytes, with room for all marks of a choice
+  size_t most_unread = 64 << 20;               ///< bytes that wait for a client before it is dropped
+  double messages_per_second = 240;            ///< after a burst of twice as many; then they wait
+  size_t most_dropped = size_t{4} << 30;       ///< bytes of a file that a page sends
+  double read_timeout = 5, idle_timeout = 60;  ///< s, of a request and of a WebSocket
 };
 
 /// HTTP and WebSocket for one person on one machine (Boost.Beast).  Everything lies below a random token, so that no

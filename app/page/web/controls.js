@@ -1,6 +1,7 @@
 // The toolbar and the keys.
 
 const kSpeeds = [0.1, 0.25, 0.5, 1];
+const kRepeated = /^(arrow|page)|^[wasd+=_-]$/;  // keys that act again while they are held down
 const kTurn = Math.PI / 36, kPan = 0.05, kZoom = 1.15;  // of one key press
 
 const element = (id) => document.getElementById(id);
@@ -93,6 +94,7 @@ export function connectControls(player, camera) {
     const action = event.shiftKey && shifted[key] || keys[key];
     if (!action) return;
     event.preventDefault();
+    if (event.repeat && !kRepeated.test(key)) return;
     action();
     refresh();
   });

@@ -9,6 +9,7 @@ const kSmooth = 0.1;            // weight of the last frame in the mean time of 
 const kWindow = 1;              // s over which the speed is measured
 const kFewestPerSecond = 20;    // frames; where fewer come, those in between are interpolated
 const kDefaults = {stiffness: 1, gravity: 0};
+const kOfAHand = [kType.grab, kType.poke, kType.wind];  // they last as long as it holds
 
 /** One session of the solver. */
 export class LiveMotion {
@@ -142,7 +143,7 @@ export class LiveMotion {
   /** Promise of the answer to what was queued and so many frames. */
   async step(frames) {
     const {session, recording} = this;
-    if (this.script && recording.frames >= this.script.frames) this.script = null;
+    if (this.script && recording.frames >= this.script.frames) this.#finish();
     if (this.script) this.#rehearse();
     const commands = this.queue;
     this.queue = [];
@@ -176,6 +177,14 @@ export class LiveMotion {
     const added = gravity.reduce((sum, value, c) => sum + (value - this.gravity[c]) * this.up[c], 0);
     this.settings = {stiffness, damping, gravity: added};
     this.onSettings();
+  }
+
+  /** At the end of a replay no hand is there to let go; pins stay. */
+  #finish() {
+    this.script = null;
+    for (const [number, [type]] of this.acting) {
+      if (number >= this.held.length && kOfAHand.includes(type)) this.end(number);
+    }
   }
 
   /** Forgets what was begun; what the file holds goes on. */

@@ -71,12 +71,8 @@ export class Physics {
   /** Goes back to the recording, at the frame where it was left. */
   leave() {
     if (!this.running) return;
-    this.hand.drop();
     this.live.stop();
-    this.forces.clear();
-    this.player.seek(this.live.recording.startFrame);
-    this.viewer.setSource(this.recorded.source, this.recorded.level);
-    this.onChange();
+    this.#showRecorded();
     this.measure().catch(report);
   }
 
@@ -138,11 +134,18 @@ export class Physics {
             `(${failed.replace(/^simulate: /, '')})`));
   }
 
+  /** The session is over already. */
   #failed(error) {
-    this.leave();
+    this.#showRecorded();
+    report(error);
+  }
+
+  #showRecorded() {
+    this.hand.drop();
+    this.forces.clear();
+    if (this.live.recording) this.player.seek(this.live.recording.startFrame);
     this.viewer.setSource(this.recorded.source, this.recorded.level);
     this.onChange();
-    report(error);
   }
 }
 

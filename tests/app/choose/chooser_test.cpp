@@ -11,8 +11,7 @@
 #include "app/simulate/moving_scene.h"
 #include "gaussians/base/error.h"
 #include "segmentation/select/gesture_prompts.h"
-#include "tests/app/fit_video_scene.h"
-#include "tests/app/live/inbox.h"
+#include "tests/app/choose/choice.h"
 #include "tests/app/live/site_in_browser.h"
 
 namespace fs = std::filesystem;
@@ -79,82 +78,6 @@ TEST(ChoosePage, WhatAFileIsCalledEndsNoElement) {
   EXPECT_NE(page.body.find("<\\/script>"), std::string::npos);
   EXPECT_EQ(page.security_policy.find("default-src 'none'"), 0u);
 }
-
-class Choice : public FitVideo {
- protected:
-  void SetUp() override {
-    fs::remove_all(folder / "choice");
-    fs::copy(folder / "run", folder / "choice", fs::copy_options::recursive);
-    run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "choice"));
-    scene_ = load_run_scene(*run_);
-    ObjectStages stages;
-    stages.seed.fill.particles = 600;
-    chooser_ = std::make_unique<Chooser>(context_, *run_, scene_, site_, stages);
-    chooser_->show();
-    client_ = site_.handler().connect(inbox_);
-  }
-  void TearDown() override {
-    client_.reset();
-    chooser_.reset();
-  }
-
-  /// The id of the object that the scene names.
-  uint32_t plant() const {
-    const json shown = data();
-    for (const json& thing : shown["things"])
-      if (thing["name"] == scene_.settings.object) return thing["id"];
-    ADD_FAILURE() << "no object " << scene_.settings.object;
-    return 0;
-  }
-  /// A click into the longest row of pixels of an object in the first view that shows it, and where in its picture.
-  struct Place {
-    std::string click;
-    int camera = 0;
-    size_t pixel = 0;
-  };
-  Place middle_of(uint32_t id) const {
-    const json shown = data();
-    for (const json& view : shown["views"]) {
-      Place place;
-      size_t best = 0, at = 0;
-      for (size_t k = 0; k < view["ids"].size(); at += view["ids"][k + 1].get<size_t>(), k += 2)
-        if (view["ids"][k] == id && view["ids"][k + 1].get<size_t>() > best) {
-          best = view["ids"][k + 1];
-          place.pixel = at + best / 2;
-        }
-      if (best < 6) continue;
-      const size_t width = view["width"];
-      const double scale = view["scale"];
-      place.camera = view["camera"];
-      place.click = std::to_string(place.camera) + "," + std::to_string(scale * (place.pixel % width + 0.5)) + "," +
-                    std::to_string(scale * (place.pixel / width + 0.5));
-      return place;
-    }
-    return {};
-  }
-  json data() const { return choose_data(*run_, scene_, {}); }
-  std::string page() { return site_.handler().page("")->body; }
-  /// The first message with this field.
-  json await(const std::string& field) {
-    for (int k = 0; k < 10000; ++k) {
-      const std::string text = inbox_->next();
-      if (text.empty()) break;
-      json message = json::parse(text);
-      if (message.contains(field)) return message[field];
-      if (message.contains("failed") || message.contains("error")) ADD_FAILURE() << text;
-    }
-    return nullptr;
-  }
-
-  Progress progress_{true};
-  const Context context_{progress_, [] { return false; }};
-  std::unique_ptr<RunDirectory> run_;
-  Scene scene_;
-  LiveSite site_;
-  std::unique_ptr<Chooser> chooser_;
-  std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
-  std::unique_ptr<Client> client_;
-};
 
 TEST_F(Choice, EveryPixelOfAViewHasItsThing) {
   const json shown = data();
@@ -239,7 +162,7 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
     const pixels = [...view.id.keys()].filter((p) => view.id[p] === wanted);
     const pixel = pixels[pixels.length >> 1], at = [pixel % view.width + 0.5, Math.floor(pixel / view.width) + 0.5];
     const scale = Math.min(box.width / view.width, box.height / view.height);
-    const point = (type, dx = 0) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: 1,
+    const point = (type, dx = 0) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: 1, isPrimary: true,
       clientX: box.left + (box.width - scale * view.width) / 2 + scale * (at[0] + dx),
       clientY: box.top + (box.height - scale * view.height) / 2 + scale * at[1]}));
     canvas.setPointerCapture = () => {};

@@ -85,6 +85,7 @@ class LocalServerTest : public ::testing::Test {
   void SetUp() override {
     options_.read_timeout = 0.4;
     options_.most_connections = 20;
+    options_.most_message = 64 << 10;
     start();
   }
   void TearDown() override { stop(); }

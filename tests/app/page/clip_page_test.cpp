@@ -1,5 +1,7 @@
 // clip.html in a browser: it shows what `render` shows, and what a person does in it is what `simulate` does natively.
 
+#include "tests/app/page/clip_page.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,8 +13,6 @@
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/moving_scene.h"
 #include "gaussians/render/render.h"
-#include "tests/app/fit_video_scene.h"
-#include "tests/app/page/browser.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -21,34 +21,6 @@ namespace pliant {
 namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
-
-class ClipPage : public FitVideo {
- protected:
-  static void SetUpTestSuite() {
-    FitVideo::SetUpTestSuite();
-    ASSERT_EQ(run_quietly({"simulate", (folder / "run").string(), "--young", "2e4", "--poisson", "0.3", "--density",
-                           "400", "--duration", "0.7"}),
-              0);
-    ASSERT_EQ(run_quietly({"export", (folder / "run").string(), "--html", page().string()}), 0);
-  }
-  static fs::path page() { return folder / "clip.html"; }
-
-  void SetUp() override {
-    if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
-    run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "run"));
-    scene_ = load_run_scene(*run_);
-    moving_ = load_moving_scene(moving_scene_files(*run_), scene_);
-  }
-
-  /// What the expression gives in the page.
-  json evaluate(const std::string& expression, const fs::path& file = page()) const {
-    return evaluate_in_page(expression, file.string(), folder);
-  }
-
-  std::unique_ptr<RunDirectory> run_;
-  Scene scene_;
-  MovingScene moving_;
-};
 
 TEST_F(ClipPage, ShowsWhatRenderShowsAtRestAndDeformed) {
   Camera camera = clip_camera(scene_, "", robust_bounds(moving_.object)).resized(kWidth, kHeight);
@@ -171,24 +143,15 @@ TEST_F(ClipPage, PushesAreOverAfterTheirFrameHoweverManyThereAre) {
 // The page of `pliant view` is moved by this program, and the recording that stays gives the same motion.
 TEST_F(ClipPage, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
   const LiveScene live = load_live_scene(*run_, scene_, "view");
-  const LocalServer::Page served = live_page(read_text(page()));
   const fs::path recordings = folder / "run/recordings";
   fs::remove_all(recordings);
-  std::atomic<bool> stop = false;
-  auto server = std::make_unique<LocalServer>(
-      LocalServerOptions(),
-      LocalServer::Handler{[&](std::string_view path) { return path.empty() ? &served : nullptr; },
-                           [&](std::shared_ptr<Connection> connection) {
-                             return std::make_unique<LiveClient>(live, recordings, std::move(connection));
-                           }});
-  std::thread thread([&] { server->run([&] { return stop.load(); }); });
   const std::vector<Vec3f>& rest = moving_.particles.driving_position;
   const Vec3f top = *std::max_element(rest.begin(), rest.end(), [&](const Vec3f& a, const Vec3f& b) {
     return a.dot(scene_.up.cast<float>()) < b.dot(scene_.up.cast<float>());
   });
   const double height = live.setup.height / scene_.metres_per_unit;
-  const json answer = evaluate("(async () => { const place = " + json({top.x(), top.y(), top.z()}).dump() +
-                                   ", height = " + std::to_string(height) + R"(;
+  const json answer = evaluate_served("(async () => { const place = " + json({top.x(), top.y(), top.z()}).dump() +
+                                          ", height = " + std::to_string(height) + R"(;
     await pliant.ready;
     await pliant.solver.ready;
     pliant.setLevel(0);
@@ -199,10 +162,7 @@ TEST_F(ClipPage, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
     }
     return {drivers: Array.from(pliant.drivers()), violations: pliant.violations, errors: pliant.errors};
   })())",
-                               server->url());
-  stop = true;
-  thread.join();
-  server.reset();
+                                      live, recordings);
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
   EXPECT_EQ(answer["value"]["violations"], json::array());
   EXPECT_EQ(answer["value"]["errors"], json::array());

@@ -1,0 +1,78 @@
+// What is asked of the choice while it prepares the scene, answers marks or writes a selection.
+
+#include "app/segment/objects_file.h"
+#include "tests/app/choose/choice.h"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+TEST_F(Choice, AnObjectOfTheListIsTheOneListedThoughMarksWait) {
+  const uint32_t wanted = plant();
+  const std::vector<uint32_t> before = read_objects(*run_, scene_).label;
+  client_->receive(json({{"select", {{"clicks", {middle_of(wanted).click}}}}}).dump());
+  ASSERT_TRUE(await("selected").is_object());
+  client_->receive(json({{"name", {{"object", wanted}, {"name", "fern"}}}}).dump());
+  const json things = await("kept")["things"];
+  EXPECT_EQ(read_objects(*run_, scene_).label, before) << "the selection has not taken the place of the objects";
+  bool named = false;
+  for (const json& thing : things) {
+    if (thing["id"] != wanted) continue;
+    named = true;
+    EXPECT_EQ(thing["name"], "fern");
+    EXPECT_EQ(thing["gaussians"], static_cast<size_t>(std::count(before.begin(), before.end(), wanted)));
+  }
+  EXPECT_TRUE(named);
+}
+
+TEST_F(Choice, WhileTheObjectsAreBeingReplacedNoneOfThemIsTaken) {
+  const uint32_t wanted = plant();
+  gate_.close_at("segment: selecting by");
+  client_->receive(json({{"select", {{"clicks", {middle_of(wanted).click}}}}}).dump());
+  gate_.await_stop();
+  client_->receive(json({{"make", {{"object", wanted}}}}).dump());
+  EXPECT_NE(await("error").get<std::string>().find("being replaced"), std::string::npos);
+  gate_.open();
+  EXPECT_EQ(await("kept")["things"].size(), 2u);
+}
+
+TEST_F(Choice, ARequestIsToldAtOnceAndTakenBackWhileTheSceneIsBeingPrepared) {
+  const uint32_t wanted = plant();
+  const std::string click = middle_of(wanted).click;
+  stop();
+  fs::remove(*run_ / "prepared_scene.bin");
+  gate_.close_at("segment: preparing");
+  start();
+  gate_.await_stop();
+  client_->receive(json({{"make", {{"object", wanted}}}}).dump());
+  EXPECT_EQ(json::parse(inbox_->next()), json({{"busy", "make"}}));
+  client_->receive(R"({"cancel": true})");
+  EXPECT_EQ(json::parse(inbox_->next()), json({{"busy", ""}}));
+  EXPECT_EQ(json::parse(inbox_->next()), json({{"failed", "Cancelled."}}));
+  // The scene is prepared all the same.
+  client_->receive(json({{"select", {{"clicks", {click}}}}}).dump());
+  gate_.open();
+  EXPECT_TRUE(await("selected").is_object());
+  EXPECT_FALSE(run_->has("simulate"));
+}
+
+TEST_F(Choice, ANameStaysWithTheSelectionUntilThereIsNone) {
+  const Place place = middle_of(plant());
+  const auto select = [&](int grow) {
+    client_->receive(json({{"select", {{"clicks", {place.click}}, {"grow", grow}}}}).dump());
+  };
+  select(0);
+  client_->receive(R"({"name": {"object": 0, "name": "Vase"}})");
+  await("kept");
+  EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
+  select(1);
+  EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
+  client_->receive(R"({"select": {}})");
+  select(2);
+  EXPECT_EQ(await("kept")["things"][0]["name"], "object");
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,122 @@
+// The page of the choice in the browser: who draws, what picking ends, and long lines.
+
+#include "tests/app/choose/choice.h"
+#include "tests/app/live/site_in_browser.h"
+
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+/// What the body of a function gives in the page, which has the id `wanted`, `view`, and `until(condition)`.
+json in_page(const std::string& body, uint32_t wanted, LiveSite& site, const std::filesystem::path& folder) {
+  const std::string before = "(async () => { const wanted = " + std::to_string(wanted) + R"(, view = data.views[0];
+    const until = async (done) => {
+      for (let k = 0; k < 400 && !done(); ++k) await new Promise((next) => setTimeout(next, 50));
+    };
+    await Promise.all(data.views.map((view) => view.image.decode()));
+    await until(() => socket.readyState === WebSocket.OPEN);
+)";
+  json answer = evaluate_in_site(before + body + "})()", site, folder);
+  EXPECT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["said"], json::array()) << "errors and violations of the policy";
+  return answer["value"];
+}
+
+TEST_F(Choice, OneFingerOrTheMainButtonDrawsALine) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  const json value = in_page(R"(
+    const box = canvas.getBoundingClientRect(), scale = Math.min(box.width / view.width, box.height / view.height);
+    const point = (type, pointerId, x, init = {}) => canvas.dispatchEvent(new PointerEvent(type, {pointerId,
+      isPrimary: pointerId === 1, clientX: box.left + (box.width - scale * view.width) / 2 + scale * x,
+      clientY: box.top + box.height / 2, ...init}));
+    canvas.setPointerCapture = () => {};
+    socket.send = () => {};
+    useTool('fg');
+    point('pointerdown', 1, 4);
+    point('pointermove', 1, 8);
+    point('pointerdown', 2, 40);
+    point('pointermove', 2, 44);
+    point('pointermove', 1, 12);
+    point('pointerup', 2, 48);
+    point('pointermove', 1, 16);
+    point('pointerup', 1, 20);
+    const drawn = marks.map((mark) => pointsIn(mark, view).map(([x]) => Math.round(x)));
+    point('pointerdown', 1, 24, {button: 2});
+    point('pointermove', 1, 28);
+    point('pointerup', 1, 32, {button: 2});
+    return {drawn, later: marks.length};
+  )",
+                             plant(), site_, folder);
+  EXPECT_EQ(value["drawn"], json::array({{4, 8, 12, 16, 20}}));
+  EXPECT_EQ(value["later"], 1);
+}
+
+TEST_F(Choice, PickingAnObjectEndsTheMarksAndAnotherWithItsIdIsNotChosen) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  const json value = in_page(R"(
+    const sent = [];
+    socket.send = (text) => sent.push(JSON.parse(text));
+    useTool('click');
+    begin([10, 10]);
+    choose(wanted);
+    const after = sent.at(-1), said = element('selection').textContent, things = data.things;
+    const kept = (things) => socket.onmessage({data: JSON.stringify({kept: {things, views: []}})});
+    kept(things);
+    const same = chosen;
+    kept(things.map((thing) => ({...thing, gaussians: thing.gaussians + 1})));
+    const other = chosen;
+    chosen = things[0].id;  // as after a reload
+    update();
+    const named = !element('naming').hidden;
+    element('name').value = 'Vase';
+    element('naming').requestSubmit();
+    return {after, said, same, other, named, name: sent.at(-1), first: things[0].id};
+  )",
+                             plant(), site_, folder);
+  EXPECT_EQ(value["after"], json({{"select", json::object()}}));
+  EXPECT_EQ(value["said"], "");
+  EXPECT_EQ(value["same"], plant());
+  EXPECT_EQ(value["other"], 0);
+  EXPECT_EQ(value["named"], true) << "the selection of marks can be named after a reload";
+  EXPECT_EQ(value["name"], json({{"name", {{"object", value["first"]}, {"name", "Vase"}}}}));
+}
+
+TEST_F(Choice, LongLinesAreAnsweredAndALostConnectionIsSaid) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  const json value = in_page(R"(
+    const pixels = [...view.id.keys()].filter((p) => view.id[p] === wanted);
+    const place = (k) => [pixels[k % pixels.length] % view.width, Math.floor(pixels[k % pixels.length] / view.width)];
+    const answered = () => element('selection').textContent.includes('selected in') || !element('failed').hidden;
+    const draw = async () => {
+      line = Array.from({length: 5000}, (_, k) => place(k));
+      finish();
+      await until(answered);
+      return element('failed').textContent;
+    };
+    useTool('fg');
+    const failed = [await draw(), await draw()], strokes = marks.map((mark) => pointsIn(mark, view));
+    const joined = strokes.slice(1, 5).every((points, k) => String(points[0]) === String(strokes[k].at(-1)));
+    const open = socket.readyState === WebSocket.OPEN, sent = marks.reduce((sum, {text}) => sum + text.length, 0);
+    socket.close();
+    await until(() => socket.readyState === WebSocket.CLOSED && !element('failed').hidden);
+    useTool('click');
+    begin(place(0));
+    const first = strokes.slice(0, strokes.length / 2), points = first.reduce((sum, p) => sum + p.length, 0);
+    return {failed, joined, open, sent, points, pieces: first.length,
+      said: element('failed').textContent, shown: !element('failed').hidden,
+      selection: element('selection').textContent};
+  )",
+                             plant(), site_, folder);
+  EXPECT_EQ(value["failed"], json::array({"", ""}));
+  EXPECT_EQ(value["open"], true);
+  EXPECT_GT(value["sent"].get<size_t>(), 65536u);
+  EXPECT_EQ(value["joined"], true) << "a piece begins where the one before ends";
+  EXPECT_EQ(value["points"].get<int>(), 5000 + value["pieces"].get<int>() - 1);
+  EXPECT_EQ(value["shown"], true);
+  EXPECT_NE(value["said"].get<std::string>().find("has ended"), std::string::npos);
+  EXPECT_EQ(value["selection"], "");
+}
+
+}  // namespace
+}  // namespace pliant

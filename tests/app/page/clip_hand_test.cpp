@@ -1,0 +1,104 @@
+// The hand of a person in clip.html: when it lets go.
+
+#include <algorithm>
+
+#include "app/page/page_assets.h"
+#include "tests/app/page/clip_page.h"
+
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+/// What a person presses in the page: `press(key, repeat)`, and `until(condition)`.
+const std::string kPress = R"(
+    const press = (key, repeat = false) => document.body.dispatchEvent(new KeyboardEvent('keydown', {key, repeat,
+      bubbles: true, cancelable: true}));
+    const until = async (done) => {
+      for (let k = 0; k < 400 && !done(); ++k) await new Promise((next) => setTimeout(next, 50));
+    };
+    const hold = () => until(() => pliant.live() || (press('g'), pliant.live()));
+    const frame = () => Number(document.getElementById('scrub').value);
+    await pliant.ready;
+    await pliant.solver.ready;
+    pliant.setLevel(pliant.solver.levels.length - 1);
+    press('Home');
+)";
+
+TEST_F(ClipPage, AtTheEndOfAReplayTheHandLetsGo) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const std::vector<Vec3f>& rest = moving_.particles.driving_position;
+  const Vec3f up = scene_.up.cast<float>();
+  const auto by_height = [&](const Vec3f& a, const Vec3f& b) { return a.dot(up) < b.dot(up); };
+  const auto [low, high] = std::minmax_element(rest.begin(), rest.end(), by_height);
+  const float height = (*high - *low).dot(up);
+  const Vec3f by = 0.1f * height * up.unitOrthogonal();
+  const json place = {high->x(), high->y(), high->z()}, hand = {by.x(), by.y(), by.z()};
+  const json answer = evaluate("(async () => { const place = " + place.dump() + ", hand = " + hand.dump() +
+                               ", radius = " + std::to_string(0.16 * height) + R"(;
+    await pliant.ready;
+    await pliant.solver.ready;
+    pliant.setLevel(pliant.solver.levels.length - 1);
+    const grab = pliant.grab(place, radius);
+    pliant.begin({type: 'pin', centre: place, radius});
+    pliant.drag(grab, hand);
+    await pliant.advance(20);
+    const open = pliant.recording().interactions[0].duration ?? null;
+    pliant.reset();
+    pliant.replay();
+    await pliant.advance(21);
+    const {forces} = await pliant.advance(1), {solver_fps, interactions} = pliant.recording();
+    return {open, fps: solver_fps, interactions, held: forces.some(([number]) => number === grab),
+      errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["errors"], json::array());
+  EXPECT_EQ(value["open"], nullptr) << "the hand was there when the recording ended";
+  ASSERT_EQ(value["interactions"].size(), 2u);
+  ASSERT_TRUE(value["interactions"][0].contains("duration")) << value["interactions"];
+  EXPECT_NEAR(value["interactions"][0]["duration"], 20 / value["fps"].get<double>(), 1e-9);
+  EXPECT_EQ(value["held"], false);
+  EXPECT_FALSE(value["interactions"][1].contains("duration")) << "pins stay";
+}
+
+TEST_F(ClipPage, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const json answer = evaluate("(async () => {" + kPress + R"(
+    for (let k = 0; k < 9; ++k) press('ArrowRight', true);
+    const stepped = frame();
+    await hold();
+    for (let k = 0; k < 9; ++k) press('g', true);
+    await until(() => pliant.recording()?.frames > 0);
+    return {stepped, interactions: pliant.recording().interactions, errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["errors"], json::array());
+  EXPECT_EQ(value["stepped"], 9);
+  ASSERT_EQ(value["interactions"].size(), 1u) << value["interactions"];
+  EXPECT_FALSE(value["interactions"][0].contains("duration"));
+}
+
+TEST_F(ClipPage, WhereTheProgramLeavesTheArrowsGoThroughTheRecordingAgain) {
+  const LiveScene live = load_live_scene(*run_, scene_, "view");
+  const json answer = evaluate_served("(async () => {" + kPress + R"(
+    await hold();
+    const start = frame();
+    press('ArrowRight');
+    const before = frame();
+    await fetch(new URL('leave', location.href));
+    await until(() => !document.getElementById('alert').hidden);
+    press('ArrowRight');
+    return {start, before, after: frame(), live: pliant.live(), said: document.getElementById('alert-text').textContent};
+  })())",
+                                      live, folder / "run/recordings");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["before"], value["start"]) << "the arrow moved the hand";
+  EXPECT_EQ(value["live"], false);
+  EXPECT_EQ(value["after"], value["start"].get<int>() + 1) << value["said"];
+}
+
+}  // namespace
+}  // namespace pliant
