@@ -67,6 +67,7 @@ TEST_F(Choice, ANameStaysWithTheSelectionUntilThereIsNone) {
   client_->receive(R"({"name": {"object": 0, "name": "Vase"}})");
   await("kept");
   EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
+  EXPECT_EQ(await("busy"), "");
   select(1);
   EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
   client_->receive(R"({"select": {}})");

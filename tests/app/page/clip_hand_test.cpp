@@ -27,15 +27,7 @@ const std::string kPress = R"(
 
 TEST_F(ClipPage, AtTheEndOfAReplayTheHandLetsGo) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
-  const std::vector<Vec3f>& rest = moving_.particles.driving_position;
-  const Vec3f up = scene_.up.cast<float>();
-  const auto by_height = [&](const Vec3f& a, const Vec3f& b) { return a.dot(up) < b.dot(up); };
-  const auto [low, high] = std::minmax_element(rest.begin(), rest.end(), by_height);
-  const float height = (*high - *low).dot(up);
-  const Vec3f by = 0.1f * height * up.unitOrthogonal();
-  const json place = {high->x(), high->y(), high->z()}, hand = {by.x(), by.y(), by.z()};
-  const json answer = evaluate("(async () => { const place = " + place.dump() + ", hand = " + hand.dump() +
-                               ", radius = " + std::to_string(0.16 * height) + R"(;
+  const json answer = evaluate("(async () => {" + names_of_top(0.1f) + R"(
     await pliant.ready;
     await pliant.solver.ready;
     pliant.setLevel(pliant.solver.levels.length - 1);

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
+#include <string>
 #include <thread>
+#include <utility>
 
 #include "app/live/live_client.h"
 #include "app/live/live_view.h"
@@ -31,6 +34,27 @@ class ClipPage : public FitVideo {
     run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "run"));
     scene_ = load_run_scene(*run_);
     moving_ = load_moving_scene(moving_scene_files(*run_), scene_);
+  }
+
+  /// Of the object [scene units].
+  float height() const {
+    const auto [low, high] = lowest_and_highest();
+    return (high - low).dot(scene_.up.cast<float>());
+  }
+  /// JavaScript that names its highest `place`, a `radius` around that, and where a `hand` moves it, sideways by a
+  /// share of the height.
+  std::string names_of_top(float share) const {
+    const Vec3f place = lowest_and_highest().second, hand = share * height() * scene_.up.cast<float>().unitOrthogonal();
+    const auto numbers = [](const Vec3f& x) { return nlohmann::json({x.x(), x.y(), x.z()}).dump(); };
+    return "const place = " + numbers(place) + ", hand = " + numbers(hand) +
+           ", radius = " + std::to_string(0.16 * height()) + ";";
+  }
+  std::pair<Vec3f, Vec3f> lowest_and_highest() const {
+    const std::vector<Vec3f>& rest = moving_.particles.driving_position;
+    const Vec3f up = scene_.up.cast<float>();
+    const auto by_height = [&](const Vec3f& a, const Vec3f& b) { return a.dot(up) < b.dot(up); };
+    const auto [low, high] = std::minmax_element(rest.begin(), rest.end(), by_height);
+    return {*low, *high};
   }
 
   /// What the expression gives in the page.

@@ -189,25 +189,6 @@ TEST_F(TrainerOnOneThread, ExposureTakesUpHowBrightAPhotoIs) {
   EXPECT_NEAR(dark / bright, 0.6, 0.08);
 }
 
-TEST_F(TrainerOnOneThread, TrainsAlikeInAnyUnitOfLength) {
-  const TrainingPhotos photos = photos_of(painted_ball(200, 7), 9, 48, 40);
-  const GaussianCloud start = random_cloud(cameras_of(photos), 300, 1);
-  TrainOptions options = quick(60, 300);  // Gaussians that die are chosen by chance: their number stays
-  options.sh_degree = 0;
-  const auto trained = [&](float unit) {
-    TrainingPhotos scaled = photos;
-    GaussianCloud cloud = start;
-    for (TrainingPhoto& photo : scaled.photos) photo.camera.cam_from_world.translation() *= unit;
-    for (Vec3f& x : cloud.position) x *= unit;
-    for (Vec3f& s : cloud.log_scale) s.array() += std::log(unit);
-    Trainer trainer(options, scaled, cloud);
-    return trained_psnr(trainer);
-  };
-  const double one = trained(1);
-  EXPECT_NEAR(trained(64), one, 0.5);
-  EXPECT_NEAR(trained(0.125f), one, 0.5);
-}
-
 TEST(Trainer, IsEqualBitForBitForAnyThreadCountAndOverABreak) {
   const TrainingPhotos photos = photos_of(painted_ball(200, 7), 9, 48, 40);
   const int threads_before = omp_get_max_threads();
