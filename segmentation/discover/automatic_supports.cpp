@@ -189,9 +189,10 @@ std::vector<Support> planes_nearby(const SupportOptions& options, const ShownGau
 }
 
 float share_beyond(const Support& plane, std::span<const Vec3f> position, std::span<const uint8_t> label) {
-  constexpr int kSectors = 12, kFew = 3;     // points of the plane that a direction needs
-  constexpr float kClear = 1.1f, kNear = 3;  // between so many times the thing's reach in that direction,
-  constexpr double kReach = 0.95;            // within which so much of it lies
+  constexpr int kSectors = 12, kFew = 3;  // points of the plane that a direction needs,
+  constexpr float kClear = 1.1f;          // beyond so many times the thing's reach in that direction
+  constexpr float kNear = 3;              // and within so many times its longest reach;
+  constexpr double kReach = 0.95;         // so much of the thing lies within its reach
   const Vec3f u = plane.normal.unitOrthogonal(), v = plane.normal.cross(u);
   Vec3d sum = Vec3d::Zero();
   size_t count = 0;
