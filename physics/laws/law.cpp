@@ -94,9 +94,7 @@ void with_return_map(const Material& m, double dt, Visit&& visit) {
   }
 }
 
-Relaxation relaxation(const Material& m, double dt) {
-  return {m.branch_shear, m.branch_lambda, m.branch_viscosity, dt};
-}
+Relaxation relaxation(const Material& m, double dt) { return {m.branch_viscosity, dt}; }
 
 }  // namespace
 
@@ -136,7 +134,9 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
   }
   if (m.law == Law::kViscoelastic) {
     const Bounded<T> viscous(memory.F_viscous);
-    g.F_viscous = branch<T>(m).stress_adjoint(viscous.F, adj_tau).F * viscous.scale;
+    const LawGradient<T> by = branch<T>(m).stress_adjoint(viscous.F, adj_tau);
+    g.F_viscous = by.F * viscous.scale;
+    g.branch = {by.mu, by.lambda, T(0)};
   }
   return g;
 }
@@ -175,7 +175,7 @@ void return_map(const LawPoint<T>& point, T dt, Mat3<T>& F, LawMemory<T>& memory
   }
   if (m.law == Law::kViscoelastic) {
     T unused = 0;
-    principal_return_map(relaxation(m, dt), T(0), T(0), memory.F_viscous, unused);
+    principal_return_map(relaxation(m, dt), T(m.branch_shear), T(m.branch_lambda), memory.F_viscous, unused);
   }
 }
 
@@ -193,9 +193,12 @@ LawGradient<T> return_map_adjoint(const LawPoint<T>& point, T dt, const Mat3<T>&
   });
   if (m.law == Law::kFluid) g.F = Fluid<T>::return_map_adjoint(Bounded<T>(trial_F).F, adj.F);
   if (m.law == Law::kViscoelastic) {
-    g.F_viscous =
-        principal_return_map_adjoint(relaxation(m, dt), T(0), T(0), trial_memory.F_viscous, T(0), adj.F_viscous, T(0))
-            .F;
+    const T shear = T(m.branch_shear), lambda = T(m.branch_lambda), viscosity = T(m.branch_viscosity);
+    const LawGradient<T> by = principal_return_map_adjoint(relaxation(m, dt), shear, lambda, trial_memory.F_viscous,
+                                                           T(0), adj.F_viscous, T(0));
+    g.F_viscous = by.F;
+    // The strain that is left depends on the ratios to the viscosity alone (Euler's theorem).
+    g.branch = {by.mu, by.lambda, -(by.mu * shear + by.lambda * lambda) / viscosity};
   }
   return g;
 }

@@ -24,11 +24,25 @@ struct LawMemory {
   T history = 0;  ///< plastic strain (metal, plasticine), volume gained (sand), log of the plastic volume (snow)
 };
 
+/// Derivatives of a scalar with respect to the constants of the relaxing branch.
+template <class T>
+struct BranchGradient {
+  T shear = 0, lambda = 0, viscosity = 0;
+
+  BranchGradient& operator+=(const BranchGradient& other) {
+    shear += other.shear;
+    lambda += other.lambda;
+    viscosity += other.viscosity;
+    return *this;
+  }
+};
+
 /// Derivatives of a scalar with respect to what a law reads.
 template <class T>
 struct LawGradient {
   Mat3<T> F = Mat3<T>::Zero(), F_viscous = Mat3<T>::Zero();
   T history = 0, mu = 0, lambda = 0;
+  BranchGradient<T> branch = {};  ///< viscoelastic
 };
 
 /// Stored energy per rest volume, Psi [J/m^3].

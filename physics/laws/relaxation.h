@@ -11,14 +11,14 @@ namespace pliant {
 /// Govindjee 1998; Physics3D 2024).  mu and lambda are the branch's own.
 /// Valid beside an elastic branch, for bodies that answer a fast load stiffly and a slow one softly.
 struct Relaxation {
-  double mu, lambda, viscosity, dt;
+  double viscosity, dt;
 
   template <class S>
   bool operator()(Principal<S>& p) const {
     HenckyStrain<S> strain(p.sigma);
-    const double bulk = lambda + 2 * mu / 3;
-    strain.trace = strain.trace * S(1 / (1 + 2 * dt * bulk / viscosity));
-    p.sigma = strain.stretches(S(1 / (1 + 2 * dt * mu / viscosity)));
+    const S rate(2 * dt / viscosity), bulk = p.lambda + p.mu * S(2.0 / 3);
+    strain.trace = strain.trace / (S(1) + rate * bulk);
+    p.sigma = strain.stretches(S(1) / (S(1) + rate * p.mu));
     return true;
   }
 };

@@ -52,9 +52,9 @@ void add_young_and_poisson(const BasicParticles<T>& particles, const ParticleGra
   }
 }
 
-/// By the times of damping, of the options (all particles) and of the materials (their own).
+/// By the times of damping, of the options (all particles) and of the materials (their own), and by relaxing branches.
 template <class T>
-void add_damping(const BasicParticles<T>& particles, const ParticleGradient<T>& by, RolloutGradient<T>& result) {
+void add_materials(const BasicParticles<T>& particles, const ParticleGradient<T>& by, RolloutGradient<T>& result) {
   result.material.resize(particles.materials.size());
   for (size_t i = 0; i < particles.size(); ++i) {
     const size_t m = particles.material_index.empty() ? 0 : particles.material_index[i];
@@ -65,6 +65,8 @@ void add_damping(const BasicParticles<T>& particles, const ParticleGradient<T>& 
       result.material[m].damping_time -= 2 / (time * time) * by.damping_rate[i];
     if (material.viscosity_time > 0 && material.law != Law::kFluid)
       result.material[m].viscosity_time += by.viscosity_time[i];
+    if (!by.branch.empty())
+      result.material[m].branch += {by.branch[i].shear, by.branch[i].lambda, by.branch[i].viscosity};
   }
 }
 
@@ -77,6 +79,7 @@ class Reverser {
       : options_(fixed_step(options, substeps)),
         memory_(options.memory),
         substeps_(substeps),
+        given_(options.gradient_substeps > 0 ? std::max(0, substeps - options.gradient_substeps) : 0),
         simulator_(options_, particles, interactions, summary_),
         adjoint_(simulator_.particles(), simulator_.solver().data()),
         loads_(interactions.size()) {}
@@ -87,8 +90,9 @@ class Reverser {
     auto clock = std::chrono::steady_clock::now();
     simulator_.begin_frame(start);
     const size_t step_bytes = solver.tape_bytes(), snapshot_bytes = solver.snapshot_bytes();
-    const int parts = parts_of(substeps_, step_bytes, snapshot_bytes, memory_);
-    const auto first_of = [&](int part) { return static_cast<int>(int64_t{substeps_} * part / parts); };
+    run(start, 0, given_, nullptr);
+    const int followed = substeps_ - given_, parts = parts_of(followed, step_bytes, snapshot_bytes, memory_);
+    const auto first_of = [&](int part) { return given_ + static_cast<int>(int64_t{followed} * part / parts); };
     snapshots_.resize(parts);
     for (int part = 0; part + 1 < parts; ++part) {
       snapshots_[part] = solver.save();
@@ -109,7 +113,10 @@ class Reverser {
       reverse_seconds_ += seconds_since(clock);
       clock = std::chrono::steady_clock::now();
     }
-    adjoint_.store(start, tape_, gradient);
+    if (given_ > 0)
+      gradient = StateGradient<T>::zero(start.size());
+    else
+      adjoint_.store(start, tape_, gradient);
     bytes_ = std::max(bytes_, tape_.bytes() + (parts > 1 ? parts * snapshot_bytes : 0) + adjoint_.bytes());
   }
 
@@ -122,7 +129,7 @@ class Reverser {
     result.interaction = loads_.vector;
     result.gravity = loads_.gravity;
     result.damping_time = loads_.damping_time;
-    add_damping(particles, by, result);
+    add_materials(particles, by, result);
     if (!(options_.viscosity_time > 0)) result.viscosity_time = 0;
     result.forward_seconds = forward_seconds_;
     result.reverse_seconds = reverse_seconds_;
@@ -138,7 +145,7 @@ class Reverser {
 
   SimulateOptions options_;
   size_t memory_;
-  int substeps_;
+  int substeps_, given_;  // in a frame, and those of them at its start that gradients do not reach
   SimulateSummary summary_;
   Simulator<T> simulator_;
   StepAdjoint<T> adjoint_;
@@ -175,9 +182,12 @@ RolloutGradient<T> rollout_adjoint(const RolloutOptions& options, const BasicPar
                                    const std::vector<Interaction>& interactions, const Rollout<T>& rollout,
                                    const FrameCotangent<T>& cotangent) {
   CHECK(!rollout.frames.empty() && rollout.substeps > 0);
-  if (options.gradient_window < 0)
-    throw usage_error("rollout", "gradient_window", "is " + std::to_string(options.gradient_window),
-                      "give a number of frames; 0 = all");
+  const auto require_count = [](const char* field, int value) {
+    if (value < 0)
+      throw usage_error("rollout", field, "is " + std::to_string(value), "give a positive number; 0 = all");
+  };
+  require_count("gradient_window", options.gradient_window);
+  require_count("gradient_substeps", options.gradient_substeps);
   const size_t n = particles.size();
   RolloutGradient<T> result;
   result.start = StateGradient<T>::zero(n);

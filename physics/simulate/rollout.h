@@ -12,6 +12,7 @@ struct RolloutOptions {
   SimulateOptions simulate;           ///< `substeps` 0 = chosen once, from the start; the same in every frame
   size_t memory = size_t{512} << 20;  ///< bytes for the substeps of a frame; beyond it they are computed once more
   int gradient_window = 0;            ///< frames; see `rollout_adjoint`; 0 = all
+  int gradient_substeps = 0;          ///< last ones of each frame, see there; 0 = all
 };
 
 /// States at all frame borders, the start included, and the time step between them.
@@ -25,8 +26,9 @@ struct Rollout {
 /// Derivatives of L by all that a roll-out starts from.
 template <class T>
 struct RolloutGradient {
-  struct Damping {
+  struct ByMaterial {
     double damping_time = 0, viscosity_time = 0;  ///< 0 where they are off
+    BranchGradient<double> branch = {};           ///< viscoelastic
   };
 
   StateGradient<T> start;          ///< x, v, C, F, memory of the first state
@@ -36,7 +38,7 @@ struct RolloutGradient {
   std::vector<double> weight;      ///< [interactions] by `mass` of weights, 1/kg; 0 for all others
   Vec3d gravity = Vec3d::Zero();   ///< of the options
   double damping_time = 0, viscosity_time = 0;  ///< of the options; 0 where they are off
-  std::vector<Damping> material;                ///< [materials]
+  std::vector<ByMaterial> material;             ///< [materials]
 
   double forward_seconds = 0, reverse_seconds = 0;  ///< recomputation of states, and the way back
   size_t bytes = 0;                                 ///< largest memory of states, substeps and derivatives
@@ -55,7 +57,8 @@ Rollout<T> rollout(const RolloutOptions& options, const BasicParticles<T>& parti
 /// thread.  The substeps of a frame are computed again and kept; if they need more than `options.memory`, only some,
 /// from which the others follow at the cost of one more forward run: same result bit for bit.
 /// With a gradient window of w frames, the state at every w-th frame counts as given, so that the loss of a frame
-/// reaches at most the w frames before it; 1 = only the frame itself.  Equal for any number of threads.
+/// reaches at most the w frames before it; 1 = only the frame itself.  With g gradient substeps, the state before the
+/// last g of each frame counts as given.  Equal for any number of threads.
 /// Held constant: the time step, which nodes touch what, and the places of strays.
 template <class T>
 RolloutGradient<T> rollout_adjoint(const RolloutOptions& options, const BasicParticles<T>& particles,

@@ -73,6 +73,7 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
   for (size_t s = 0; s < record_.size(); ++s) sorted[s] = record_[slot_[last.index[s]]];
   record_ = std::move(sorted);
   memory_.assign(solver_.side.size(), {});
+  by_branch_.resize(solver_.side.size());
   load_node_gradient(gradient, last);
   viscous_ = false;
   uniform_ = static_cast<StressKind>(static_cast<int>(solver_.record[0].stress_kind));
@@ -212,6 +213,11 @@ ParticleGradient<T> StepAdjoint<T>::particle_gradient() const {
     result.lambda[r.index] = r.by_lambda;
     result.viscosity_time[r.index] = r.by_viscosity_time;
     result.damping_rate[r.index] = r.by_damping_rate;
+  }
+  if (std::ranges::any_of(particles_.materials, [](const Material& m) { return m.law == Law::kViscoelastic; })) {
+    result.branch.resize(n);
+    for (const AdjointRecord<T>& r : record_)
+      if (r.side >= 0) result.branch[r.index] = by_branch_[r.side];
   }
   if (!adj_stabilization_.empty()) add_node_constants(result);
   return result;

@@ -50,10 +50,11 @@ struct StepLoadsGradient {
 /// Derivatives of L with respect to the constants of the particles, over all steps gone back through.
 template <class T>
 struct ParticleGradient {
-  std::vector<T> mass;            ///< [N] at fixed volume
-  std::vector<T> mu, lambda;      ///< [N] Lame parameters
-  std::vector<T> viscosity_time;  ///< [N] Kelvin-Voigt, of the loads and of the material together
-  std::vector<T> damping_rate;    ///< [N] of the material
+  std::vector<T> mass;                    ///< [N] at fixed volume
+  std::vector<T> mu, lambda;              ///< [N] Lame parameters
+  std::vector<T> viscosity_time;          ///< [N] Kelvin-Voigt, of the loads and of the material together
+  std::vector<T> damping_rate;            ///< [N] of the material
+  std::vector<BranchGradient<T>> branch;  ///< [N] of the material, or empty where none is viscoelastic
 };
 
 /// Goes back through recorded steps of `Mpm`: the exact derivative of each line of a step, by hand.  Sums are taken in
@@ -134,6 +135,7 @@ class StepAdjoint {
   StressKind uniform_;                             // law of all particles, or kGiven
   std::vector<AdjointRecord<T>> record_;           // in block order of the last step loaded
   std::vector<MemoryGradient<T>> memory_;          // by ParticleRecord::side
+  std::vector<BranchGradient<T>> by_branch_;       // likewise, summed over the steps done
   std::vector<int> slot_;                          // of particle i in record_
   std::vector<int> place_;                         // of particle i in the step of `motion_of`
   AdjointRun<T> run_;                              // what the blocks of the present step have in common

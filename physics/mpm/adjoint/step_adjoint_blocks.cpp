@@ -186,6 +186,7 @@ void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b, T* by_g
     Eigen::Map<RowMajor<T>>(r.F) = by.F;
     r.by_mu += by.mu;
     r.by_lambda += by.lambda;
+    by_branch_[r.side] += by.branch;
     Eigen::Map<RowMajor<T>>{by_grid_C} =
         step.dt * (by.F_viscous * before.F_viscous.transpose() + memory.F_total * before.F_total.transpose());
     memory.F_viscous = advance.transpose() * by.F_viscous;
@@ -260,6 +261,7 @@ void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const 
     Eigen::Map<RowMajor<T>>(r.F) += by.F;
     r.by_mu += by.mu;
     r.by_lambda += by.lambda;
+    by_branch_[r.side] += by.branch;
     memory_[r.side].F_viscous += by.F_viscous;
     memory_[r.side].history += by.history;
   }

@@ -14,31 +14,40 @@ namespace {
 using namespace pliant::fixture;
 using Values = std::vector<double>;
 
-/// Inputs of a law as numbers of similar size: F, F_viscous, history, and mu and lambda in units of their own.
+/// Inputs of a law as numbers of similar size: F, F_viscous, history, and mu, lambda and the constants of the relaxing
+/// branch in units of their own.
 struct Inputs {
   Mat3d F, F_viscous;
   double history, mu, lambda;
+  Material material;
 
-  explicit Inputs(const Values& x)
+  Inputs(const Material& of, const Values& x)
       : F(Eigen::Map<const Mat3d>(x.data())),
         F_viscous(Eigen::Map<const Mat3d>(x.data() + 9)),
         history(x[18]),
         mu(kMu * x[19]),
-        lambda(kLambda * x[20]) {}
+        lambda(kLambda * x[20]),
+        material(of) {
+    material.branch_shear *= x[21];
+    material.branch_lambda *= x[22];
+    material.branch_viscosity *= x[23];
+  }
   LawMemory<double> memory() const { return {Mat3d::Identity(), F_viscous, history}; }
+  LawPoint<double> point() const { return {&material, mu, lambda}; }
 };
 
 Values inputs_of(const Mat3d& F, const Mat3d& F_viscous, double history) {
   Values x(F.data(), F.data() + 9);
   x.insert(x.end(), F_viscous.data(), F_viscous.data() + 9);
-  x.insert(x.end(), {history, 1, 1});
+  x.insert(x.end(), {history, 1, 1, 1, 1, 1});
   return x;
 }
 
-Values values_of(const LawGradient<double>& g) {
+Values values_of(const Material& material, const LawGradient<double>& g) {
   Values x(g.F.data(), g.F.data() + 9);
   x.insert(x.end(), g.F_viscous.data(), g.F_viscous.data() + 9);
-  x.insert(x.end(), {g.history, g.mu * kMu, g.lambda * kLambda});
+  x.insert(x.end(), {g.history, g.mu * kMu, g.lambda * kLambda, g.branch.shear * material.branch_shear,
+                     g.branch.lambda * material.branch_lambda, g.branch.viscosity * material.branch_viscosity});
   return x;
 }
 
@@ -47,14 +56,14 @@ AdjointCheck check_stress(const Material& material, const Values& x) {
   options.step = 1e-3;
   return check_adjoint(
       [&](const Values& x) {
-        const Inputs in(x);
-        const Mat3d tau = kirchhoff_stress({&material, in.mu, in.lambda}, in.F, in.memory());
+        const Inputs in(material, x);
+        const Mat3d tau = kirchhoff_stress(in.point(), in.F, in.memory());
         return Values(tau.data(), tau.data() + 9);
       },
       [&](const Values& x, const Values& adj) {
-        const Inputs in(x);
+        const Inputs in(material, x);
         const Mat3d adj_tau = Eigen::Map<const Mat3d>(adj.data());
-        return values_of(kirchhoff_stress_adjoint({&material, in.mu, in.lambda}, in.F, in.memory(), adj_tau));
+        return values_of(material, kirchhoff_stress_adjoint(in.point(), in.F, in.memory(), adj_tau));
       },
       x, options);
 }
@@ -64,22 +73,22 @@ AdjointCheck check_return_map(const Material& material, double dt, const Values&
   options.step = 1e-3;
   return check_adjoint(
       [&](const Values& x) {
-        const Inputs in(x);
+        const Inputs in(material, x);
         Mat3d F = in.F;
         LawMemory<double> memory = in.memory();
-        return_map({&material, in.mu, in.lambda}, dt, F, memory);
+        return_map(in.point(), dt, F, memory);
         Values y(F.data(), F.data() + 9);
         y.insert(y.end(), memory.F_viscous.data(), memory.F_viscous.data() + 9);
         y.push_back(memory.history);
         return y;
       },
       [&](const Values& x, const Values& y) {
-        const Inputs in(x);
+        const Inputs in(material, x);
         LawGradient<double> adj;
         adj.F = Eigen::Map<const Mat3d>(y.data());
         adj.F_viscous = Eigen::Map<const Mat3d>(y.data() + 9);
         adj.history = y[18];
-        return values_of(return_map_adjoint({&material, in.mu, in.lambda}, dt, in.F, in.memory(), adj));
+        return values_of(material, return_map_adjoint(in.point(), dt, in.F, in.memory(), adj));
       },
       x, options);
 }

@@ -12,14 +12,15 @@
 namespace pliant::fixture {
 
 /// Input `kind` of a roll-out as a list of numbers of order one.
-enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kWeights, kGravity, kDamping, kMemory };
+enum class Input { kX, kV, kC, kF, kYoung, kPoisson, kMass, kForces, kWeights, kGravity, kDamping, kMemory, kBranch };
 inline const std::vector<std::pair<Input, std::string>> kInputs = {
     {Input::kX, "x"},           {Input::kV, "v"},
     {Input::kC, "C"},           {Input::kF, "F"},
     {Input::kYoung, "E"},       {Input::kPoisson, "nu"},
     {Input::kMass, "mass"},     {Input::kForces, "forces"},
     {Input::kGravity, "g"},     {Input::kDamping, "damping"},
-    {Input::kMemory, "memory"}, {Input::kWeights, "weights"}};
+    {Input::kMemory, "memory"}, {Input::kWeights, "weights"},
+    {Input::kBranch, "branch"}};
 
 template <class T>
 struct RolloutCase {
@@ -100,6 +101,9 @@ struct RolloutCase {
     for (size_t m = 0; m < particles.materials.size(); ++m) {
       by.particles.materials[m].damping_time = g.material[m].damping_time;
       by.particles.materials[m].viscosity_time = g.material[m].viscosity_time;
+      by.particles.materials[m].branch_shear = g.material[m].branch.shear;
+      by.particles.materials[m].branch_lambda = g.material[m].branch.lambda;
+      by.particles.materials[m].branch_viscosity = g.material[m].branch.viscosity;
     }
     const std::vector<double> scaled = by.get(kind);  // value / scale; the derivative wants times scale
     std::vector<double> result = scaled;
@@ -149,6 +153,12 @@ struct RolloutCase {
       Material& damped = particles.materials.back();
       visit(damped.damping_time, 1);
       visit(damped.viscosity_time, 1e-3);
+    }
+    if (kind == Input::kBranch && particles.materials.back().law == Law::kViscoelastic) {
+      Material& relaxing = particles.materials.back();
+      visit(relaxing.branch_shear, 1e4);
+      visit(relaxing.branch_lambda, 1e4);
+      visit(relaxing.branch_viscosity, 10);
     }
     return numbers;
   }

@@ -326,6 +326,44 @@ TEST(AdjointRollout, AWindowOfOneFrameEndsWhereTheFrameBegan) {
   EXPECT_FALSE(equal(rollout_adjoint<double>(options, c.particles, c.interactions, r, c.cotangent()), c.gradient()));
 }
 
+// The state before the last substep of a frame counts as given: the same as a roll-out of that substep alone.
+TEST(AdjointRollout, OneGradientSubstepIsThatOfARolloutOfTheLastSubstepAlone) {
+  Case c = on_the_ground();
+  c.interactions.clear();  // which begin and end on the clock of whole frames
+  c.options.simulate.duration = 1 / c.options.simulate.fps;
+  const int substeps = c.options.simulate.substeps;
+  RolloutOptions cut = c.options, fine = c.options;
+  cut.gradient_substeps = 1;
+  fine.simulate.fps *= substeps;
+  fine.simulate.substeps = 1;
+  const Rollout<double> whole = rollout(c.options, c.particles, c.interactions, c.start),
+                        steps = rollout(fine, c.particles, c.interactions, c.start);
+  const auto of_last = [&](int last) {
+    return [&, last](int k, StateGradient<double>& g) {
+      if (k == last) c.cotangent()(1, g);
+    };
+  };
+  const RolloutGradient<double> a = rollout_adjoint<double>(cut, c.particles, c.interactions, whole, of_last(1));
+  const size_t n = steps.frames.size();
+  const Rollout<double> last{{steps.frames[n - 2], steps.frames[n - 1]}, 1, {}};
+  const RolloutGradient<double> b = rollout_adjoint<double>(fine, c.particles, c.interactions, last, of_last(1)),
+                                full =
+                                    rollout_adjoint<double>(c.options, c.particles, c.interactions, whole, of_last(1));
+  double difference = 0, size = 0, all = 0;
+  for (size_t i = 0; i < a.young.size(); ++i) {
+    difference += std::pow(a.young[i] - b.young[i], 2);
+    size += std::pow(b.young[i], 2);
+    all += std::pow(full.young[i], 2);
+  }
+  EXPECT_LT(std::sqrt(difference / size), 1e-6);
+  EXPECT_GT(std::sqrt(all), 2 * std::sqrt(size));
+  EXPECT_TRUE(a.start.x[0].isZero() && a.start.F[0].isZero());
+  cut.gradient_substeps = substeps;  // cuts nothing
+  EXPECT_TRUE(equal(rollout_adjoint<double>(cut, c.particles, c.interactions, whole, of_last(1)), full));
+  cut.gradient_substeps = -1;
+  EXPECT_THROW(rollout_adjoint<double>(cut, c.particles, c.interactions, whole, of_last(1)), Error);
+}
+
 TEST(AdjointRollout, FloatAgreesWithDouble) {
   const Case c = on_the_ground();
   auto f = fixture::moving_block<float>();
