@@ -79,7 +79,8 @@ bool lacks_splats(const fs::path& source) {
   if (fs::is_regular_file(source / "scene.json", ignored)) return read_scene_file(source / "scene.json").splats.empty();
   const fs::path splats = splats_of_folder(source);
   if (!splats.empty() && !is_point_cloud(splats)) return false;
-  return !cameras_at(source).empty() || !cameras_in(source).empty() || photos_in(folder_of_photos(source)) > 0;
+  if (!cameras_at(source).empty() || !cameras_in(source).empty()) return true;
+  return splat_files_in(source).empty() && photos_in(folder_of_photos(source)) > 0;
 }
 
 CameraFile read_photo_cameras(const PhotoSet& set) {

@@ -50,16 +50,16 @@ bool looks_like_splats(const fs::path& file) {
   }
 }
 
-/// The only splat file of a folder; empty when there is none or more than one.
-fs::path only_splats_in(const fs::path& folder) {
-  fs::path found;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (!entry.is_regular_file(ignored) || !looks_like_splats(entry.path())) continue;
-    if (!found.empty()) return {};
-    found = entry.path();
-  }
-  return found;
+/// Why no splats were found in a folder.
+Error without_splats(const fs::path& folder) {
+  const std::vector<fs::path> several = splat_files_in(folder);
+  if (several.empty())
+    return input_error(folder.string(), "",
+                       "contains neither scene.json nor point_cloud/iteration_*/point_cloud.ply nor a splat file",
+                       "give a splat file, a 3DGS model folder, or a folder with scene.json");
+  std::string names;
+  for (const fs::path& file : several) names += (names.empty() ? "" : ", ") + file.filename().string();
+  return input_error(folder.string(), "", "contains several splat files: " + names, "give one of them");
 }
 
 /// Cameras beside the splats, or in the 3DGS model folder that they lie in.
@@ -87,12 +87,7 @@ SceneFile locate(const fs::path& source) {
   } else {
     scene.splats = splats_of_folder(source);
     scene.cameras = cameras_in(source);
-    if (scene.splats.empty()) {
-      throw input_error(
-          source.string(), "",
-          "contains neither scene.json nor point_cloud/iteration_*/point_cloud.ply, and not exactly one splat file",
-          "give a splat file, a 3DGS model folder, or a folder with scene.json");
-    }
+    if (scene.splats.empty()) throw without_splats(source);
   }
   if (scene.splats.empty()) throw input_error(scene.file.string(), "splats", "is missing", "give the splat file");
   if (scene.cameras.empty()) scene.cameras = cameras_of_splats(scene.splats);
@@ -126,7 +121,18 @@ fs::path splats_of_folder(const fs::path& folder) {
   std::error_code ignored;
   // Other point clouds beside it say what its parts do (PhysDreamer).
   if (splats.empty() && fs::is_regular_file(folder / "point_cloud.ply", ignored)) splats = folder / "point_cloud.ply";
-  return splats.empty() ? only_splats_in(folder) : splats;
+  if (!splats.empty()) return splats;
+  const std::vector<fs::path> files = splat_files_in(folder);
+  return files.size() == 1 ? files[0] : fs::path();
+}
+
+std::vector<fs::path> splat_files_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.is_regular_file(ignored) && looks_like_splats(entry.path())) found.push_back(entry.path());
+  std::sort(found.begin(), found.end());
+  return found;
 }
 
 Scene load_scene(const fs::path& source, const LoadOptions& options) {

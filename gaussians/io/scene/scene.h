@@ -70,6 +70,8 @@ struct Scene {
 /// The splats in a folder without scene.json: those of the last iteration of a 3DGS model folder, a SOG,
 /// point_cloud.ply, or the only splat file.  Empty when there are none or several.
 std::filesystem::path splats_of_folder(const std::filesystem::path& folder);
+/// All splat files that lie in it themselves, by name; archives and point clouds do not count.
+std::vector<std::filesystem::path> splat_files_in(const std::filesystem::path& folder);
 
 /// Loads splats of any format (splats.h), a 3DGS model folder, a folder with one splat file, or one with scene.json.
 /// Cameras: the scene file's, else those beside the splats or in the model folder (cameras.h), else an orbit of

@@ -381,6 +381,12 @@ TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
                {"4 photos", "no cameras", "colmap automatic_reconstructor", (folder / "set/photos").string()},
                [&] { find_photo_set(folder / "set"); });
   EXPECT_TRUE(lacks_splats(folder / "set"));
+  // Several splats beside a picture are no photo set.
+  GaussianCloud cloud;
+  cloud.resize(1);
+  for (const char* name : {"set/a.ply", "set/b.ply"}) write_ply(folder / name, cloud);
+  EXPECT_FALSE(lacks_splats(folder / "set"));
+  for (const char* name : {"set/a.ply", "set/b.ply"}) fs::remove(folder / name);
   EXPECT_EQ(run_quietly(command(folder / "set", folder / "scene")), 1);
   EXPECT_EQ(
       run_quietly({"run", (folder / "set").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"}), 1);

@@ -385,7 +385,8 @@ TEST(Scene, OfAFolderWithOneSplatFileIsThatFile) {
   EXPECT_EQ(splats_of_folder(folder.path()), folder / "a.ply");
   EXPECT_TRUE(is_point_cloud(folder / "sparse_pc.ply"));
   write_ply(folder / "b.ply", some_gaussians(100, 0));
-  expect_error(Failure::kInput, {"not exactly one splat file"}, [&] { load_scene(folder.path()); });
+  expect_error(Failure::kInput, {"several splat files: a.ply, b.ply", "one of them"},
+               [&] { load_scene(folder.path()); });
 }
 
 }  // namespace
