@@ -99,13 +99,15 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
       prepare_object(context, run, scene, {extract, options.repair, options.seed, options.predict}, simulate);
   if (fits) {
     FitStage fit = options.fit;
-    fit.material = options.simulate.material;
-    if (!prediction.is_null()) start_from(prediction, scene, fit.material);
-    if (!fit.released_young) fit.solver = options.simulate.solver;
+    if (!fit.kinematic()) {
+      fit.material = options.simulate.material;
+      if (!prediction.is_null()) start_from(prediction, scene, fit.material);
+      if (!fit.released_young) fit.solver = options.simulate.solver;
+      // The fit will have used them.
+      simulate.material.poisson.reset();
+      simulate.material.density.reset();
+    }
     run_fit(context, run, scene, fit);
-    // The fit has used them.
-    simulate.material.poisson.reset();
-    simulate.material.density.reset();
   } else if (is_fitted(run)) {
     simulate.use_fit = false;
     context.progress.say("simulate: the existing fit is not used " + no_fit);

@@ -42,6 +42,8 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const F
 /// The same without a video, before `camera`.
 FitScene load_still_scene(const FitInputs& in, const Camera& camera);
 
+constexpr double kTrackOutlier = 3;  ///< px of a track's error beyond which it counts less and less
+
 /// The points of all views followed through the frames that may be used.  Throws Error{kInput} when too few can be
 /// followed.
 PointTracks follow_points(const Context& context, const FitScene& fit);

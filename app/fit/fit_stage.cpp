@@ -20,8 +20,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kOutlier = 3;  // px of a track's error beyond which it counts less and less
-
 /// The fitted motion to the end of the video.
 FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Particles& particles,
                     const SimulateOptions& base) {
@@ -50,7 +48,7 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
   clear_fit_pictures(run);
   const FitScene fit = load_fit_scene(context, run, in);
   const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit,
-                                kOutlier);
+                                kTrackOutlier);
   const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
   const MaterialFitProgress kept = kept_progress(context, run, provenance);
   const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);

@@ -46,8 +46,8 @@ struct CompareStage {
   std::string guide;         ///< a program that judges the drawn motion, see fitting/observe/guidance.h; empty = none
   double guide_weight = 1;   ///< of its loss
   double guide_limit = 300;  ///< s that it may take for a step; twice that until it is ready
-  int guide_frames = 14;     ///< without a video, that are drawn
-  std::string load;          ///< file, without a video: what acts; empty = one push sized to the stiffness
+  std::optional<int> guide_frames;  ///< without a video, that a clip for it has; default: the recipe's
+  std::string load;                 ///< file, without a video: what acts; empty = one push sized to the stiffness
 };
 
 /// fit: a video of the moving object, or markers on it -> material.h5, velocity.h5, fit/.
@@ -74,13 +74,17 @@ struct FitStage {
   int points = 400;               ///< of the object's surface that are followed
   std::string field;              ///< E(x): uniform, parts, smooth, triplanes; empty = the recipe's
   std::string recipe = "search";  ///< search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0 first
-                                  ///< (fit_physdreamer.h); physdreamer-code: as its released programs do it
+                                  ///< (fit_physdreamer.h); physdreamer-code: as its released programs do it;
+                                  ///< physics3d, dreamphysics: constants that a guide asks for (fit_distilled.h);
+                                  ///< dreamgaussian4d: no physics, a motion alone (fit_deformation.h)
   int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
   std::string part_labels;        ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;        ///< command line's; E is where the search starts
   std::string solver = "auto";    ///< that of the roll-outs, see SimulateStage
   std::string prefix;             ///< of its options on the command line: "fit." in `run`
-  bool physdreamer() const { return recipe != "search"; }
+  bool physdreamer() const { return recipe.starts_with("physdreamer"); }
+  bool distilled() const { return recipe == "physics3d" || recipe == "dreamphysics"; }
+  bool kinematic() const { return recipe == "dreamgaussian4d"; }
   bool released_code() const { return recipe == "physdreamer-code"; }
   /// An option as the user writes it.
   std::string typed(const std::string& option) const;
@@ -98,12 +102,12 @@ FitStage with_recipe(FitStage stage);
 /// FitStage::periods as a number, infinite for "all"; throws Error{kUsage} for anything else.
 double fitted_periods(const FitStage& stage);
 /// Throws Error{kUsage} for what a fit of this kind would leave unused, by the name of its option.
-void check_fit_stage(const FitStage& stage, bool has_video);
+void check_fit_stage(const FitStage& stage, bool with_video);
 /// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").
 void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice);
 
 /// What the material is fitted to.
-enum class FitKind { kVideo, kMarkers, kReleased, kGuided };
+enum class FitKind { kVideo, kMarkers, kReleased, kGuided, kKinematic };
 FitKind kind_of(const FitStage& stage, const Scene& scene);
 using FitInputs = StageInputs<FitStage>;
 FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage& stage);
@@ -113,11 +117,15 @@ nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& s
 nlohmann::json fit_to_video(const Context& context, const RunDirectory& run, const FitInputs& in,
                             const std::string& provenance);
 /// Without a video: E(x) and damping under given forces, by what stage.compare.guide thinks of the drawn motion
-/// (PhysDreamer's setting turned round, as in DreamPhysics, Huang et al. 2024, and Physics3D, Liu et al. 2024).
+/// (PhysDreamer's setting turned round), or constants as Physics3D and DreamPhysics let a video model choose them.
 nlohmann::json fit_to_guide(const Context& context, const RunDirectory& run, const FitInputs& in,
                             const std::string& provenance);
 nlohmann::json fit_to_markers(const Context& context, const RunDirectory& run, const FitInputs& in,
                               const std::string& provenance);
+/// A motion of the driving particles that looks like the video, into fit/trajectory.h5 (DreamGaussian4D, Ren et al.
+/// 2023).
+nlohmann::json fit_without_physics(const Context& context, const RunDirectory& run, const FitInputs& in,
+                                   const std::string& provenance);
 /// With stage.released_young: E = E0 + 1000 f(x), v0 = 0.1 g(x) of sim_fields.pt and velo_fields.pt, in SI units.
 nlohmann::json take_released_fields(const Context& context, const RunDirectory& run, const FitInputs& in,
                                     const std::string& provenance);

@@ -74,7 +74,7 @@ std::vector<Choice> of_picture_loss(const FitStage& stage) {
 
 /// What only a motion uses that is drawn for a program to judge, without a video.
 std::vector<Choice> of_drawing(const FitStage& stage) {
-  return {{stage.typed("guidance-frames"), stage.compare.guide_frames != CompareStage().guide_frames},
+  return {{stage.typed("guidance-frames"), stage.compare.guide_frames.has_value()},
           {stage.typed("guidance-load"), !stage.compare.load.empty()}};
 }
 
@@ -101,13 +101,15 @@ std::vector<Choice> of_parts(const FitStage& stage) {
 }  // namespace
 
 FitStage with_recipe(FitStage stage) {
-  const bool physdreamer = stage.physdreamer();
+  const bool physdreamer = stage.physdreamer(), pictures = physdreamer || stage.kinematic();
   CompareStage& compare = stage.compare;
   if (stage.field.empty()) stage.field = physdreamer ? "triplanes" : "uniform";
-  if (compare.loss.empty()) compare.loss = physdreamer ? "image" : "tracks";
-  if (!compare.picture_weight) compare.picture_weight = physdreamer ? 1 : 10;
+  if (compare.loss.empty()) compare.loss = pictures ? "image" : "tracks";
+  if (!compare.picture_weight) compare.picture_weight = pictures ? 1 : 10;
   if (!compare.window) compare.window = physdreamer ? 1 : 0;
-  if (!compare.iterations) compare.iterations = stage.released_code() ? 200 : 100;
+  if (!compare.iterations)
+    compare.iterations = stage.kinematic() ? 500 : stage.distilled() ? 50 : stage.released_code() ? 200 : 100;
+  if (!compare.guide_frames) compare.guide_frames = stage.distilled() ? 16 : 14;
   return stage;
 }
 
@@ -131,8 +133,9 @@ void check_no_fit_stage(const FitStage& stage, const std::string& where, const s
     refuse(of(stage), where, advice);
 }
 
-void check_fit_stage(const FitStage& stage, bool has_video) {
+void check_fit_stage(const FitStage& stage, bool with_video) {
   const CompareStage& c = stage.compare;
+  const bool has_video = with_video && !stage.distilled();  // which leaves the scene's alone
   const bool markers = !stage.markers.file.empty(), guided = !c.guide.empty();
   if (markers)
     refuse(of_pictures(stage), "with " + stage.typed("markers"), "leave it out, or fit to a video");
@@ -146,14 +149,37 @@ void check_fit_stage(const FitStage& stage, bool has_video) {
     refuse(of_pictures(stage), "with " + stage.typed("released-fields") + ", which are used unchanged",
            "leave it out, or fit to the video");
   }
-  const bool recipe = stage.physdreamer();
+  const bool recipe = stage.recipe != FitStage().recipe;
   const std::string with_recipe_text = "with " + stage.typed("recipe") + " " + stage.recipe;
   fitted_periods(stage);
-  if (recipe) {
+  if (recipe)
     refuse({{stage.typed("periods"), stage.periods != FitStage().periods}},
            with_recipe_text + ", which compares all frames", "leave it out, or use --end");
+  if (recipe && !stage.distilled())
     refuse({{stage.typed("guidance-cmd"), guided}}, with_recipe_text + ", which only compares with the video",
            "leave one of them out");
+  if (stage.kinematic())
+    refuse({{stage.typed("field"), !stage.field.empty()},
+            {stage.typed("fit-poisson"), c.poisson},
+            {stage.typed("gradient-window"), c.window.has_value()},
+            {stage.typed("young"), stage.material.young.has_value()},
+            {stage.typed("poisson"), stage.material.poisson.has_value()},
+            {stage.typed("density"), stage.material.density.has_value()},
+            {stage.typed("solver"), stage.solver != FitStage().solver}},
+           with_recipe_text + ", which has no physics", "leave it out, or use another recipe");
+  if (stage.distilled()) {
+    if (!guided)
+      throw usage_error("fit", stage.typed("recipe") + " " + stage.recipe, "lets a program judge the motion",
+                        "add " + stage.typed("guidance-cmd") + " CMD");
+    refuse({{stage.typed("video"), !stage.video().empty()},
+            {stage.typed("video-model-cmd"), !stage.generate.command.empty()}},
+           with_recipe_text + ", which uses no video", "leave it out, or leave the recipe out");
+    refuse({{stage.typed("field"), !stage.field.empty()},
+            {stage.typed("fit-poisson"), c.poisson},
+            {stage.typed("gradient-window"), c.window.has_value()},
+            {stage.typed("guidance-weight"), c.guide_weight != CompareStage().guide_weight}},
+           with_recipe_text + ", whose constants vary from particle to particle by a rule of its own",
+           "leave it out, or leave the recipe out");
   }
   if (stage.released_code())
     refuse({{stage.typed("field"), !stage.field.empty()},

@@ -9,6 +9,7 @@
 #include "app/fit/fit_video.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/simulate_stage.h"
+#include "fitting/fit/fit_distilled.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/video.h"
@@ -32,6 +33,40 @@ Motion<float> pushed_motion(const SimulationPlan& plan, const FitScene& fit) {
   return motion;
 }
 
+/// The particles' own relaxing branches: that of the scene's law everywhere, else the usual one.
+void add_branches(const ObjectMaterial& material, Particles& particles) {
+  const Material& law = material.material;
+  std::vector<RelaxingBranch> branch;
+  for (size_t i = 0; i < particles.size(); ++i)
+    branch.push_back(law.law == Law::kViscoelastic
+                         ? RelaxingBranch{static_cast<float>(law.branch_shear), static_cast<float>(law.branch_lambda),
+                                          static_cast<float>(law.branch_viscosity)}
+                         : usual_branch(particles.young[i], particles.poisson[i]));
+  give_branches(branch, law, particles);
+}
+
+/// The branches of each solid sample; those that are held get the mean.
+std::vector<RelaxingBranch> sample_branches(const Particles& particles, const std::vector<int>& driver) {
+  RelaxingBranch mean;
+  const float share = 1 / static_cast<float>(particles.size());
+  for (const Material& m : particles.materials) {
+    mean.shear += share * static_cast<float>(m.branch_shear);
+    mean.lambda += share * static_cast<float>(m.branch_lambda);
+    mean.viscosity += share * static_cast<float>(m.branch_viscosity);
+  }
+  std::vector<RelaxingBranch> out;
+  for (const int d : driver) {
+    if (d < 0) {
+      out.push_back(mean);
+      continue;
+    }
+    const Material& m = particles.material(d);
+    out.push_back({static_cast<float>(m.branch_shear), static_cast<float>(m.branch_lambda),
+                   static_cast<float>(m.branch_viscosity)});
+  }
+  return out;
+}
+
 void write_clip(const fs::path& file, const FitScene& fit, const Motion<float>& motion) {
   VideoWriter writer(file, motion.options.simulate.fps, fit.video.camera.width, fit.video.camera.height);
   for (const SimulationState& state :
@@ -49,11 +84,16 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
   const double fps = stage.fps > 0 ? stage.fps : kFps;
   clear_fit_pictures(run);
-  const FitScene fit = load_still_scene(in, unfilmed_camera(in.files.at("object"), scene, stage));
+  DistilledFitOptions recipe =
+      stage.recipe == "physics3d" ? DistilledFitOptions::physics3d() : DistilledFitOptions::dreamphysics();
+  recipe.iterations = *compare.iterations;
+  const int drawn = *compare.guide_frames * (stage.distilled() ? recipe.stages : 1);
+  FitScene fit = load_still_scene(in, unfilmed_camera(in.files.at("object"), scene, stage));
+  if (stage.distilled() && recipe.branch) add_branches(material, fit.body.particles);
   SimulateStage forces;
   forces.interactions = compare.load;
   forces.fps = fps;
-  forces.duration = (compare.guide_frames - 1) / fps;
+  forces.duration = (drawn - 1) / fps;
   forces.settle = 0;
   forces.solver = stage.solver;
   SimulationPlan plan = plan_simulation(context, in.files, in.found, scene, forces, fit.body);
@@ -67,20 +107,27 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   const MaterialFitProgress kept = kept_progress(context, run, provenance);
   MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
   options.clip.track_weight = 0;
-  ClipFitOptions varied = gradient_fields(options, motion.particles, motion.interactions);
-  varied.velocity = nullptr;  // forces move it
-  const ClipFrames frames{0, compare.guide_frames - 1, 0, 1, fps};
-  Motion<float> cut = motion;
-  cut.options.gradient_window = *compare.window;
-  const ClipFit found = fit_clip(
-      varied, cut, clip_objective(options.clip, nullptr, frames), kept.gradient,
-      [&](const std::string& line) { context.progress.say("fit: " + line); }, kept.keep_gradient);
+  const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
+  const auto find = [&] {
+    if (stage.distilled())
+      return fit_distilled(recipe, motion, options.clip, fps, kept.gradient, say, kept.keep_gradient);
+    ClipFitOptions varied = gradient_fields(options, motion.particles, motion.interactions);
+    varied.velocity = nullptr;  // forces move it
+    Motion<float> cut = motion;
+    cut.options.gradient_window = *compare.window;
+    return fit_clip(varied, cut, clip_objective(options.clip, nullptr, {0, drawn - 1, 0, 1, fps}), kept.gradient, say,
+                    kept.keep_gradient);
+  };
+  const ClipFit found = find();
 
-  MaterialFile stored =
-      fitted_material(fit, found.motion.particles, 1, stage.field + ", guided by '" + options.clip.guide->name() + "'");
+  MaterialFile stored = fitted_material(
+      fit, found.motion.particles, 1,
+      (stage.distilled() ? stage.recipe : stage.field) + ", guided by '" + options.clip.guide->name() + "'");
   const double young = mean_young(fit, stored), damping_time = found.motion.options.simulate.damping_time;
   for (size_t s = 0; s < stored.young.size(); ++s)
     if (fit.body.file.solid_driver[s] < 0) stored.young[s] = static_cast<float>(young);
+  if (stage.distilled() && recipe.branch)
+    stored.branch = sample_branches(found.motion.particles, fit.body.file.solid_driver);
   write_material(run / in.outputs[0], stored, provenance);
   VibrationFit start;
   start.start = motion.start;

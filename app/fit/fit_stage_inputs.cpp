@@ -47,7 +47,9 @@ void add_released_fields(const Scene& scene, FitInputs& in) {
 FitKind kind_of(const FitStage& stage, const Scene& scene) {
   if (!stage.markers.file.empty()) return FitKind::kMarkers;
   if (stage.released_young) return FitKind::kReleased;
-  return !stage.compare.guide.empty() && !has_video(scene, stage) ? FitKind::kGuided : FitKind::kVideo;
+  if (stage.kinematic()) return FitKind::kKinematic;
+  const bool guided = !stage.compare.guide.empty() && (stage.distilled() || !has_video(scene, stage));
+  return guided ? FitKind::kGuided : FitKind::kVideo;
 }
 
 FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
@@ -71,7 +73,7 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
     throw usage_error("fit", "material.law",
                       "is '" + std::string(law_name(law)) + "', and the search covers elastic vibration alone",
                       "add " + stage.typed("recipe") + " physdreamer, which fits by gradients alone");
-  if (kind == FitKind::kVideo || kind == FitKind::kGuided) {
+  if (kind == FitKind::kVideo || kind == FitKind::kGuided || kind == FitKind::kKinematic) {
     in.files["object"] = run / (folder + "/object.ply");
     in.files["background"] = run / "background_repaired.ply";
   }
@@ -79,6 +81,11 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
     case FitKind::kVideo:
       add_video(scene, stage, in);
       in.outputs.push_back("fit/side_by_side.mp4");
+      break;
+    case FitKind::kKinematic:
+      add_video(scene, stage, in);
+      in.outputs = {"fit/trajectory.h5", "fit/results.json", "fit/side_by_side.mp4"};
+      in.kept = {"fit"};
       break;
     case FitKind::kGuided:
       in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kVideoCamera});
@@ -107,6 +114,8 @@ nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& s
         return take_released_fields;
       case FitKind::kGuided:
         return fit_to_guide;
+      case FitKind::kKinematic:
+        return fit_without_physics;
       case FitKind::kVideo:
         break;
     }

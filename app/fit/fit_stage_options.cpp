@@ -82,7 +82,8 @@ std::vector<Option> compare_options(CompareStage& stage) {
        .low = 0},
       {.name = "gradient-iterations",
        .field = &stage.iterations,
-       .help = "Adam iterations (default: 100; physdreamer-code: 200 for E, 300 for v0)",
+       .help = "Iterations (default: 100; physdreamer-code: 200, 300 for v0; physics3d, dreamphysics: 50; "
+               "dreamgaussian4d: 500)",
        .group = kGroup,
        .low = 1,
        .high = 100000},
@@ -118,7 +119,8 @@ std::vector<Option> guidance_options(CompareStage& stage) {
        .recorded = Recorded::kElsewhere},
       {.name = "guidance-frames",
        .field = &stage.guide_frames,
-       .help = "Without a video: frames to render, at --video-fps (default 24)",
+       .help =
+           "Without a video: frames of a clip, at --video-fps (default 24) (default: 14; physics3d, dreamphysics: 16)",
        .group = kGroup,
        .low = 2,
        .high = 1000,
@@ -243,10 +245,8 @@ OptionTable options_of(FitStage& stage) {
        .choices = {"uniform", "parts", "smooth", "triplanes"}},
       {.name = "recipe",
        .field = &stage.recipe,
-       .help =
-           "search: over stiffness, then Gauss-Newton; physdreamer: gradients from the given E; physdreamer-code: as "
-           "in its released code",
-       .choices = {"search", "physdreamer", "physdreamer-code"}},
+       .help = "search: over stiffness, then Gauss-Newton; else the paper's method, re-created (see fitting/README.md)",
+       .choices = {"search", "physdreamer", "physdreamer-code", "physics3d", "dreamphysics", "dreamgaussian4d"}},
       {.name = "parts",
        .field = &stage.parts,
        .help = "Patches of the object for --field parts; patches of similar appearance form one part",

@@ -79,7 +79,13 @@ bool reads_present(const RunDirectory& run, const std::string& stage, const std:
   return !inputs.contains(role) || (std::filesystem::exists(file) && inputs[role] == hash_of_input(file));
 }
 
-bool is_fitted(const RunDirectory& run) { return run.has("fit"); }
+bool is_fitted(const RunDirectory& run) {
+  if (!run.has("fit")) return false;
+  const json outputs = run.manifest()["stages"]["fit"].value("outputs", json::array());
+  return std::any_of(outputs.begin(), outputs.end(), [](const json& output) {
+    return std::filesystem::path(output.get<std::string>()).filename() == "material.h5";
+  });
+}
 
 std::string fit_is_of(const RunDirectory& run, const Scene& scene) {
   if (!is_fitted(run)) return "";

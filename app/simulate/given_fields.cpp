@@ -63,13 +63,14 @@ ElasticSamples given_material(const std::filesystem::path& file, const std::vect
     m = read_material(file);
   }
   // A uniform material is that of any particles, wherever its own were.
-  if (is_uniform(m.young) && is_uniform(m.poisson) && is_uniform(m.density))
+  if (is_uniform(m.young) && is_uniform(m.poisson) && is_uniform(m.density) && m.branch.empty())
     return ElasticSamples::homogeneous(positions.size(), m.young[0], m.poisson[0], m.density[0]);
   ElasticSamples solid;
   for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, positions)) {
     solid.young.push_back(m.young[row]);
     solid.poisson.push_back(m.poisson[row]);
     solid.density.push_back(m.density[row]);
+    if (!m.branch.empty()) solid.branch.push_back(m.branch[row]);
   }
   return solid;
 }

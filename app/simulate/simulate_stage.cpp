@@ -113,8 +113,10 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const ObjectMaterial material =
       fields ? check_material(scene, stage.material, SetBy::kFields) : check_material(scene, stage);
   ParticleFile particles = read_particles(in.files.at("particles"));
-  const ElasticSamples solid =
+  ElasticSamples solid =
       fields ? given_material(in.files.at("material"), particles.solid_position) : solid_material(particles, material);
+  // A law on the command line is not that of a fitted branch.
+  if (!stage.material.law.empty() && material.material.law != Law::kViscoelastic) solid.branch.clear();
   if (predicted)
     context.progress.say("simulate: material as predicted for '" + in.found["predicted"].get<std::string>() + "'");
   else if (fields)

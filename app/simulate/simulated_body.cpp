@@ -128,6 +128,7 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
     simulated.young.push_back(solid.young[s]);
     simulated.poisson.push_back(solid.poisson[s]);
     simulated.density.push_back(solid.density[s]);
+    if (!solid.branch.empty()) simulated.branch.push_back(solid.branch[s]);
   }
   body.drivers.position = body.file.driving_position;
   body.drivers.volume = body.file.driving_volume;
@@ -137,6 +138,8 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
   body.particles = make_particles<float>(body.drivers, body.samples, simulated, scene.metres_per_unit);
   body.particles.links = body.file.driving_links;
   body.particles.materials = {material};
+  if (!simulated.branch.empty())
+    give_branches(branches_of(body.drivers, body.samples, simulated.branch), material, body.particles);
   body.space.scale = scene.metres_per_unit;
   return body;
 }

@@ -11,6 +11,7 @@ void write_material(const fs::path& file, const MaterialFile& m, const std::stri
   const size_t n = m.young.size();
   CHECK(m.poisson.size() == n && m.density.size() == n);
   CHECK(m.log10_young_sigma.empty() || m.log10_young_sigma.size() == n);
+  CHECK(m.branch.empty() || m.branch.size() == n);
   CHECK((m.position.empty() && m.volume.empty()) || (m.position.size() == n && m.volume.size() == n));
   write_hdf5(file, [&](Hdf5Writer& out) {
     out.group("/solid");
@@ -22,6 +23,7 @@ void write_material(const fs::path& file, const MaterialFile& m, const std::stri
       out.dataset("/solid/volume", m.volume.data(), {n});
     }
     if (!m.log10_young_sigma.empty()) out.dataset("/solid/log10_young_sigma", m.log10_young_sigma.data(), {n});
+    if (!m.branch.empty()) out.dataset("/solid/branch", &m.branch.data()->shear, {n, 3});
     out.text("/solid", "source", m.source);
     out.text("/", "provenance", provenance_json);
   });
@@ -35,6 +37,13 @@ MaterialFile read_material(const fs::path& file) {
   m.poisson = read_finite(in, "/solid/poisson", n);
   m.density = read_finite(in, "/solid/density", n);
   if (in.has("/solid/log10_young_sigma")) m.log10_young_sigma = read_finite(in, "/solid/log10_young_sigma", n);
+  if (in.has("/solid/branch"))
+    for (const Vec3f& row : read_vectors(in, "/solid/branch", n)) {
+      if (!(row.minCoeff() > 0))
+        throw in.complaint("/solid/branch",
+                           "has a value that is not positive in row " + std::to_string(m.branch.size()));
+      m.branch.push_back({row.x(), row.y(), row.z()});
+    }
   m.source = in.text("/solid", "source");
   for (size_t i = 0; i < n; ++i) {
     if (!(m.young[i] > 0))

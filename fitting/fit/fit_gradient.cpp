@@ -26,15 +26,6 @@ int window_of(const GradientFitOptions& options, int k, int all) {
                     std::min(options.first_window, all), all);
 }
 
-void clip(std::span<double> gradient, double most) {
-  double square = 0;
-  for (const double g : gradient) square += g * g;
-  if (!std::isfinite(square))
-    throw numerical_error("fit", "the gradient is not finite", "use a shorter gradient window");
-  if (square > most * most)
-    for (double& g : gradient) g *= most / std::sqrt(square);
-}
-
 /// All parameters in a row: material, velocity, Poisson's ratio, damping.
 std::vector<double> packed(const GradientFitParameters& at, bool damping) {
   std::vector<double> row;
@@ -65,7 +56,7 @@ std::vector<double> rates_of(const GradientFitOptions& options, const GradientFi
 double schedule(const GradientFitOptions& options, int k) {
   const double rise = k < options.warm_up ? double(k + 1) / options.warm_up : 1;
   if (options.linear) return rise * (1 - double(k) / options.iterations);
-  return rise * (0.1 + 0.45 * (1 + std::cos(std::numbers::pi * k / options.iterations)));
+  return rise * cosine_fall(k, options.iterations);
 }
 
 constexpr double kFasterSound = 1.5;  // that a time step of Courant number 0.4 bears
@@ -79,6 +70,8 @@ double speed_of_sound(const Particles& particles) {
   }
   return std::sqrt(fastest);
 }
+
+constexpr char kShorterWindow[] = "use a shorter gradient window";
 
 /// dL/d(packed parameters), each kind's clipped; and the row of this iteration.
 std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<float>& motion,
@@ -101,14 +94,14 @@ std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<
     }
     adj.material = fields.material->values_adjoint(at.material, adj_factor);
     fields.material->roughness(at.material, options.material_roughness, adj.material);
-    clip(adj.material, options.clip);
+    clip_norm(adj.material, options.clip, kShorterWindow);
   }
   if (fields.velocity) {
     std::vector<double> adj_v;
     for (const Vec3f& v : by.by.start.v) adj_v.insert(adj_v.end(), {v.x(), v.y(), v.z()});
     adj.velocity = fields.velocity->values_adjoint(at.velocity, adj_v);
     fields.velocity->roughness(at.velocity, options.velocity_roughness, adj.velocity);
-    clip(adj.velocity, options.clip);
+    clip_norm(adj.velocity, options.clip, kShorterWindow);
   }
   if (fields.poisson) {
     std::vector<double> adj_odds(trial.particles.size());
@@ -117,7 +110,7 @@ std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<
       adj_odds[i] = double(by.by.poisson[i]) * nu * (1 - nu / kMostPoisson);
     }
     adj.poisson = fields.poisson->values_adjoint(at.poisson, adj_odds);
-    clip(adj.poisson, options.clip);
+    clip_norm(adj.poisson, options.clip, kShorterWindow);
   }
   adj.damping = -by.by.damping_time * trial.options.simulate.damping_time;
   row.field_seconds = since(begin);
@@ -125,6 +118,16 @@ std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<
 }
 
 }  // namespace
+
+void clip_norm(std::span<double> gradient, double most, const std::string& remedy) {
+  double square = 0;
+  for (const double g : gradient) square += g * g;
+  if (!std::isfinite(square)) throw numerical_error("fit", "the gradient is not finite", remedy);
+  if (square > most * most)
+    for (double& g : gradient) g *= most / std::sqrt(square);
+}
+
+double cosine_fall(int k, int iterations) { return 0.1 + 0.45 * (1 + std::cos(std::numbers::pi * k / iterations)); }
 
 Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields,
                           const GradientFitParameters& at) {

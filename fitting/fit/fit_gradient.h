@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "fitting/fields/field.h"
@@ -80,6 +81,13 @@ using GradientFitSink = std::function<bool(const GradientFitState&)>;
 /// gradient_window cuts the way back (rollout.h).  Equal bit for bit for any number of threads.
 void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
                   const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink = {});
+
+/// Scales a gradient that is longer than `most` down to it.  Throws Error{kNumerical} with `remedy` where it is not
+/// finite.
+void clip_norm(std::span<double> gradient, double most, const std::string& remedy);
+
+/// What a rate is multiplied by in iteration `k`: from 1 to a tenth by a cosine.
+double cosine_fall(int k, int iterations);
 
 /// The motion with the fields applied; its frames have more substeps once sound is 1.5 times as fast as without.
 Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& fields,

@@ -10,7 +10,13 @@ GuidanceResult GuidanceLoss::ask(std::span<const SimulationState> frames) const 
     pictures.push_back(picture_of(*object_, camera_, frames[f]));
     for (float& value : pictures.back().data) value = std::clamp(value, 0.0f, 1.0f);
   }
-  return guide_->evaluate(pictures, frames_.fps);
+  GuidanceResult result = guide_->evaluate(pictures, frames_.fps);
+  if (!frames_.against_still) return result;
+  const GuidanceResult still = guide_->evaluate(std::vector<ImageF>(pictures.size(), pictures.front()), frames_.fps);
+  result.loss -= still.loss;
+  for (size_t k = 0; k < pictures.size(); ++k)
+    for (size_t i = 0; i < result.gradient[k].data.size(); ++i) result.gradient[k].data[i] -= still.gradient[k].data[i];
+  return result;
 }
 
 double GuidanceLoss::value(std::span<const SimulationState> frames) const { return ask(frames).loss; }

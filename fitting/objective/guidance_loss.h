@@ -10,11 +10,14 @@ namespace pliant {
 
 /// What another program thinks of a drawn motion (guidance.h), as in score distillation: it sees frame `lead` of the
 /// roll-out, every `every`-th after it, and says in which direction each of their colours should change.
+/// `against_still` subtracts what it thinks of the first of these frames held, so that looks cancel and motion stays
+/// (DreamPhysics, Huang et al. 2025, motion distillation).
 class GuidanceLoss : public RolloutLoss<float> {
  public:
   struct Frames {
     int lead = 0, every = 1;
     double fps = 24;  ///< of those that it sees
+    bool against_still = false;
   };
   GuidanceLoss(std::shared_ptr<Guidance> guide, std::shared_ptr<const DrawnObject<float>> object, Camera camera,
                Frames frames)

@@ -19,6 +19,7 @@ ElasticSamples ElasticSamples::select(std::span<const int> indices) const {
     out.young.push_back(young[i]);
     out.poisson.push_back(poisson[i]);
     out.density.push_back(density[i]);
+    if (!branch.empty()) out.branch.push_back(branch[i]);
   }
   return out;
 }
@@ -72,6 +73,41 @@ BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSam
     out.poisson.push_back(static_cast<T>(poisson[d] / volume[d]));
   }
   return out;
+}
+
+std::vector<RelaxingBranch> branches_of(const DrivingParticles& drivers, const SolidSamples& samples,
+                                        const std::vector<RelaxingBranch>& branch) {
+  CHECK(branch.size() == samples.size() && drivers.sample_driver.size() == samples.size());
+  std::vector<float> volume(drivers.size());
+  for (size_t k = 0; k < samples.size(); ++k) volume[drivers.sample_driver[k]] += samples.volume[k];
+  std::vector<RelaxingBranch> out(drivers.size());
+  for (size_t k = 0; k < samples.size(); ++k) {
+    const int d = drivers.sample_driver[k];
+    const float share = samples.volume[k] / volume[d];
+    out[d].shear += share * branch[k].shear;
+    out[d].lambda += share * branch[k].lambda;
+    out[d].viscosity += share * branch[k].viscosity;
+  }
+  return out;
+}
+
+void give_branches(const std::vector<RelaxingBranch>& branch, const Material& common, Particles& particles) {
+  const size_t n = particles.size();
+  CHECK(branch.size() == n);
+  if (n > size_t{UINT16_MAX} + 1)
+    throw usage_error("material", "branch", "varies over " + std::to_string(n) + " driving particles",
+                      "use at most 65536 of them");
+  particles.materials.assign(n, common);
+  particles.material_index.resize(n);
+  for (size_t i = 0; i < n; ++i) {
+    Material& m = particles.materials[i];
+    m.law = Law::kViscoelastic;
+    m.branch_shear = branch[i].shear;
+    m.branch_lambda = branch[i].lambda;
+    m.branch_viscosity = branch[i].viscosity;
+    validate_material("material", m);
+    particles.material_index[i] = static_cast<uint16_t>(i);
+  }
 }
 
 template BasicParticles<float> make_particles(const DrivingParticles&, const SolidSamples&, const ElasticSamples&,

@@ -10,11 +10,18 @@
 
 namespace pliant {
 
+/// Constants of a relaxing branch beside the elastic one (Law::kViscoelastic).
+struct RelaxingBranch {
+  float shear = 0, lambda = 0;  ///< Pa
+  float viscosity = 0;          ///< Pa s
+};
+
 /// Elastic material of every solid sample.
 struct ElasticSamples {
-  std::vector<float> young;    ///< [M] E, Pa
-  std::vector<float> poisson;  ///< [M] nu
-  std::vector<float> density;  ///< [M] rho, kg/m^3
+  std::vector<float> young;                 ///< [M] E, Pa
+  std::vector<float> poisson;               ///< [M] nu
+  std::vector<float> density;               ///< [M] rho, kg/m^3
+  std::vector<RelaxingBranch> branch = {};  ///< [M], or empty: the law and its constants are the same everywhere
 
   size_t size() const { return young.size(); }
   static ElasticSamples homogeneous(size_t count, double young, double poisson, double density);
@@ -31,6 +38,13 @@ void validate_material(const std::string& where, const ElasticSamples& material)
 template <class T>
 BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSamples& samples,
                                  const ElasticSamples& material, double metres_per_unit);
+
+/// [N] volume-weighted means of the branches of each driver's samples.
+std::vector<RelaxingBranch> branches_of(const DrivingParticles& drivers, const SolidSamples& samples,
+                                        const std::vector<RelaxingBranch>& branch);
+/// Gives every particle a material of its own: `common`, as a viscoelastic one with that particle's branch [N].  Throws
+/// Error{kUsage} for more than 65,536 particles or impossible constants.
+void give_branches(const std::vector<RelaxingBranch>& branch, const Material& common, Particles& particles);
 
 extern template BasicParticles<float> make_particles(const DrivingParticles&, const SolidSamples&,
                                                      const ElasticSamples&, double);

@@ -297,6 +297,9 @@ TEST_F(OptionEffects, OfFit) {
   try_all<FitStage>({"--recipe", "physdreamer"}, with(to_video, with(parts, {"guidance-cmd", "periods"})));
   try_all<FitStage>({"--guidance-cmd", "true"}, with(with(with(markers, drawing), with(model, always)),
                                                      with(with(images, parts), {"markers", "recipe"})));
+  try_all<FitStage>({"--recipe", "dreamgaussian4d"},
+                    with(to_video, with(parts, {"guidance-cmd", "periods", "field", "young", "poisson", "density",
+                                                "solver", "fit-poisson", "gradient-window"})));
   Names generated =
       with(with(by_tracks, parts), {"video", "video-first", "video-last", "refine-camera", "compare-fps"});
   for (const std::string& name : model) generated.erase(name);
@@ -356,6 +359,7 @@ TEST_F(OptionEffects, OfSimulateWithAFit) {
   json& fit = record["stages"]["fit"] = record["stages"]["seed"];
   fit["inputs"] = {{"particles", hash_of_input(object / "particles.h5")}};
   fit["scene"] = {{"metres_per_unit", scene_.metres_per_unit}};
+  fit["outputs"] = json::array({object_folder(RunDirectory::open(run)) + "/material.h5"});
   record["stages"]["simulate"] = fit;
   write_text(run / "run.json", record.dump());
   write_text(object / "material.h5", "a fit's");

@@ -119,6 +119,45 @@ TEST(CheckFitStage, TheReleasedCodesRecipeLeavesNoChoiceOfFieldsAndLoss) {
       [](FitStage& s) { s.recipe = "physdreamer-code"; }, true);
 }
 
+TEST(CheckFitStage, RecipesThatLetAProgramJudgeWantItAndNoVideo) {
+  for (const char* recipe : {"physics3d", "dreamphysics"}) {
+    FitStage stage;
+    stage.recipe = recipe;
+    expect_error(Failure::kUsage, {"--guidance-cmd"}, [&] { check_fit_stage(stage, false); });
+    stage.compare.guide = "x";
+    EXPECT_NO_THROW(check_fit_stage(stage, false));
+    EXPECT_NO_THROW(check_fit_stage(stage, true));  // the scene's, which it leaves alone
+    EXPECT_EQ(with_recipe(stage).compare.iterations, 50);
+    EXPECT_EQ(with_recipe(stage).compare.guide_frames, 16);
+    expect_refused(
+        {{"--video", [](FitStage& s) { s.videos = {"v.mp4"}; }},
+         {"--field", [](FitStage& s) { s.field = "smooth"; }},
+         {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+         {"--gradient-window", [](FitStage& s) { s.compare.window = 2; }},
+         {"--guidance-weight", [](FitStage& s) { s.compare.guide_weight = 2; }}},
+        [&](FitStage& s) { s = stage; }, true);
+  }
+}
+
+TEST(CheckFitStage, AMotionWithoutPhysicsTakesNoMaterial) {
+  FitStage stage;
+  stage.recipe = "dreamgaussian4d";
+  EXPECT_NO_THROW(check_fit_stage(stage, true));
+  EXPECT_EQ(with_recipe(stage).compare.iterations, 500);
+  EXPECT_EQ(with_recipe(stage).compare.loss, "image");
+  expect_refused(
+      {{"--field", [](FitStage& s) { s.field = "smooth"; }},
+       {"--young", [](FitStage& s) { s.material.young = 1e5; }},
+       {"--poisson", [](FitStage& s) { s.material.poisson = 0.3; }},
+       {"--density", [](FitStage& s) { s.material.density = 1e3; }},
+       {"--solver", [](FitStage& s) { s.solver = "eulerian"; }},
+       {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+       {"--gradient-window", [](FitStage& s) { s.compare.window = 2; }},
+       {"--periods", [](FitStage& s) { s.periods = "2"; }},
+       {"--guidance-cmd", [](FitStage& s) { s.compare.guide = "x"; }}},
+      [](FitStage& s) { s.recipe = "dreamgaussian4d"; }, true);
+}
+
 TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
   expect_refused(
       {{"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},

@@ -13,6 +13,7 @@
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/segmentation.h"
+#include "app/store/trajectory.h"
 #include "app/store/velocity.h"
 #include "fitting/fields/triplane_field.h"
 #include "gaussians/io/splats/ply.h"
@@ -321,6 +322,47 @@ for line in sys.stdin:
   EXPECT_EQ(result["guide"], "stillness");
   EXPECT_EQ(refused, 1);
   EXPECT_EQ(wrong, 2);
+}
+
+TEST_F(FitOfFewParticles, Physics3dsRecipeGivesABranchThatIsSimulated) {
+  const std::string guide = (folder / "likes.sh").string();
+  write_text(guide, R"(cd "$1"; echo '{"ready": 1, "name": "copy"}'; step=0
+while read line; do case "$line" in *quit*) exit 0;; esac
+cp frames.f32 gradient.f32; echo "{\"step\": $step, \"loss\": 1}"; step=$((step + 1)); done)");
+  const std::string run = (folder / "small").string();
+  ASSERT_EQ(run_quietly({"fit", run, "--overwrite", "--recipe", "physics3d", "--guidance-cmd", "sh " + guide,
+                         "--guidance-frames", "2", "--gradient-iterations", "2", "--video-camera", camera}),
+            0);
+  const MaterialFile material = read_material(object / "material.h5");
+  ASSERT_EQ(material.branch.size(), material.young.size());
+  EXPECT_EQ(material.source, "physics3d, guided by 'copy'");
+  write_text(folder / "none.json", "[]");
+  ASSERT_EQ(run_quietly({"simulate", run, "--overwrite", "--duration", "0.1", "--interactions",
+                         (folder / "none.json").string()}),
+            0);
+  const auto law = [&] {
+    return json::parse(read_text(folder / "small/run.json"))["stages"]["simulate"]["summary"]["session"]["law"];
+  };
+  EXPECT_EQ(law(), "viscoelastic");
+  ASSERT_EQ(run_quietly({"simulate", run, "--overwrite", "--duration", "0.1", "--law", "neo_hookean", "--interactions",
+                         (folder / "none.json").string()}),
+            0);
+  EXPECT_EQ(law(), "neo_hookean");
+}
+
+TEST_F(FitOfFewParticles, AMotionWithoutPhysicsLooksLikeTheVideoAndIsNotSimulated) {
+  if (!has_triplane_fields()) GTEST_SKIP() << "planes need libtorch, and this is built without";
+  const json found = fitted({"--recipe", "dreamgaussian4d", "--gradient-iterations", "12"});
+  EXPECT_EQ(found["source"], "dreamgaussian4d");
+  EXPECT_LT(found["loss_last"].get<double>(), found["loss_first"].get<double>());
+  EXPECT_GT(found["psnr_fitted"].get<double>(), 15);
+  const TrajectoryFile motion = read_trajectory(folder / "small/fit/trajectory.h5");
+  ASSERT_EQ(motion.frames.size(), found["frames_used"].get<size_t>());
+  const ParticleFile particles = read_particles(object / "particles.h5");
+  for (size_t i = 0; i < particles.driving_position.size(); ++i)
+    EXPECT_LT((motion.frames[0].position[i] - particles.driving_position[i]).norm(), 1e-5f);
+  EXPECT_EQ(run_quietly({"simulate", (folder / "small").string(), "--overwrite", "--duration", "0.1", "--no-fit"}), 2)
+      << "nothing was fitted that simulate could use";
 }
 
 }  // namespace

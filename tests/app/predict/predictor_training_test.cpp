@@ -43,6 +43,7 @@ class TrainPredictor : public FitVideo {
     json record = read_json(folder / "run/run.json");
     json& fit = record["stages"]["fit"] = record["stages"]["seed"];
     fit["inputs"] = {{"particles", hash_of_input(object / "particles.h5")}};
+    fit["outputs"] = json::array({"objects/" + object.filename().string() + "/material.h5"});
     write_text(folder / "run/run.json", record.dump());
   }
   static fs::path out(const char* name) { return folder / name; }

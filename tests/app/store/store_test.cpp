@@ -155,6 +155,22 @@ TEST(Store, ParticlesAndMaterialSurviveAndMaterialFindsItsSamples) {
   EXPECT_EQ(found.source, "fitted");
   EXPECT_EQ(found.position, p.solid_position);
   EXPECT_EQ(found.volume, p.solid_volume);
+  EXPECT_TRUE(found.branch.empty());
+}
+
+TEST(Store, RelaxingBranchesOfAMaterialSurvive) {
+  const TemporaryFolder folder;
+  MaterialFile m = {floats(3, 1, 2), floats(3, 0, 0.4), floats(3, 1, 2), "physics3d", {}, {}};
+  m.branch = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  write_material(folder / "material.h5", m, "{}");
+  const std::vector<RelaxingBranch> found = read_material(folder / "material.h5").branch;
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_EQ(found[1].shear, 4);
+  EXPECT_EQ(found[1].lambda, 5);
+  EXPECT_EQ(found[2].viscosity, 9);
+  m.branch[1].viscosity = 0;
+  write_material(folder / "wrong.h5", m, "{}");
+  expect_error(Failure::kInput, {"wrong.h5", "/solid/branch", "row 1"}, [&] { read_material(folder / "wrong.h5"); });
 }
 
 TEST(Store, TrajectorySurvivesInTheShapeOfH5md) {
