@@ -77,6 +77,9 @@ std::vector<std::string> expand_config(const CLI::App& app, int argc, const char
       }
     }
     arguments.insert(arguments.end(), options.begin(), options.end());
+    if (std::any_of(arguments.begin(), arguments.end(),
+                    [](const std::string& word) { return word == "--config" || word.rfind("--config=", 0) == 0; }))
+      throw usage_error("--config", file, "is not the only one", "put all options into one file");
     break;
   }
   return arguments;

@@ -315,10 +315,6 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
     put_back(context, key.name, replaced);
     throw;
   }
-  if (context.interrupted()) {
-    put_back(context, key.name, replaced);
-    throw Error(Failure::kInterrupted, key.name, "", "interrupted", "run the same command to continue");
-  }
   // What other choices wrote is no result of these; objects keep theirs.
   for (const auto& [output, written] : replaced.written)
     if (std::find(key.outputs.begin(), key.outputs.end(), output) == key.outputs.end() &&
@@ -335,6 +331,9 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
                  {"threads", omp_get_max_threads()}});
   save();
   context.progress.say(fmt::format("{}: {:.1f} s", key.name, seconds));
+  if (context.interrupted())
+    throw Error(Failure::kInterrupted, key.name, "", "interrupted once it was done",
+                "run the same command to continue after it");
   return summary;
 }
 

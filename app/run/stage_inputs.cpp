@@ -5,7 +5,10 @@ namespace pliant {
 void record_options(const OptionTable& table, StageKey& key) {
   key.name = table.stage;
   for (const Option& option : table.options) {
-    if (option.recorded == Recorded::kValue) key.options[option.name] = field_json(option.field);
+    if (option.recorded == Recorded::kValue) {
+      const nlohmann::json value = field_json(option.field);
+      key.options[option.name] = option.off ? nlohmann::json(!value.get<bool>()) : value;
+    }
     if (option.recorded != Recorded::kContents) continue;
     const std::vector<std::string> files = field_words(option.field);
     for (size_t i = 0; i < files.size(); ++i)

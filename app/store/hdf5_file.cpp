@@ -67,8 +67,12 @@ const char* type_name<uint8_t>() {
   return "unsigned 8-bit integer";
 }
 
-/// HDF5 would print its own error stack; our messages replace it.
-void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// Our messages replace the error stack that HDF5 would print.  Files are closed by their handles: its own way to close
+/// what is open at the end of the program crashes on a file that a full disk kept from being closed.
+void silence() {
+  [[maybe_unused]] static const herr_t never_at_exit = H5dont_atexit();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 Hdf5Handle space_of(const Shape& shape) {
   const std::vector<hsize_t> dims(shape.begin(), shape.end());

@@ -44,18 +44,22 @@ std::ifstream open_for_reading(const fs::path& file) {
 
 }  // namespace
 
+fs::path temporary_name(const fs::path& file) {
+  std::string hidden = ".";
+  hidden.append(file.stem().string())
+      .append(".tmp")
+      .append(std::to_string(::getpid()))
+      .append(file.extension().string());
+  return file.parent_path() / hidden;
+}
+
 void write_atomically(const fs::path& file, const std::function<void(const fs::path& temporary)>& write) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) throw cannot_write(file, failed.message());
   if (fs::is_directory(file, failed)) throw cannot_write(file, "there is a folder of that name");
-  std::string hidden = ".";
-  hidden.append(file.stem().string())
-      .append(".tmp")
-      .append(std::to_string(::getpid()))
-      .append(file.extension().string());
-  const fs::path temporary = folder / hidden;
+  const fs::path temporary = temporary_name(file);
   try {
     write(temporary);
     if (!fs::exists(temporary)) throw cannot_write(file, "nothing was written");

@@ -7,6 +7,9 @@
 
 namespace pliant {
 
+/// Where a file is written before it is whole: .NAME.tmp<process>.EXTENSION beside it.
+std::filesystem::path temporary_name(const std::filesystem::path& file);
+
 /// Calls write(temporary) and renames the result to `file`; on failure nothing is left behind.  The temporary keeps
 /// the extension of `file`.  The data are flushed to disk before the rename.
 void write_atomically(const std::filesystem::path& file,

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -45,10 +46,6 @@ Error could_not_encode(const fs::path& file) {
       file.string(), "", "could not be encoded by ffmpeg",
       "install ffmpeg with libx264, libvpx and libwebp (Debian: ffmpeg), and check that the folder can be "
       "written");
-}
-
-fs::path temporary_for(const fs::path& file) {
-  return file.parent_path() / (file.stem().string() + ".tmp" + std::to_string(getpid()) + file.extension().string());
 }
 
 std::vector<std::string> words_of(VideoCoding coding) {
@@ -90,7 +87,7 @@ VideoWriter::VideoWriter(const fs::path& file, double fps, int width, int height
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.file = file;
-  s.temporary = temporary_for(file);
+  s.temporary = temporary_name(file);
   s.width = width & ~1;
   s.height = height & ~1;
   s.channels = coding == VideoCoding::kWithAlpha ? 4 : 3;
@@ -152,7 +149,7 @@ void VideoWriter::close() {
 
 void convert_video(const fs::path& from, const fs::path& to) {
   CHECK(to.extension() == ".gif" || to.extension() == ".webp");
-  const fs::path temporary = temporary_for(to);
+  const fs::path temporary = temporary_name(to);
   std::vector<std::string> words = {"-i", "file:" + from.string(), "-an", "-threads", "1", "-loop", "0"};
   const std::vector<std::string> coding =
       to.extension() == ".gif"

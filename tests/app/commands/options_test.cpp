@@ -219,6 +219,21 @@ TEST(ConfigFile, WhatIsNoFlagIsNotTurnedOff) {
   EXPECT_EQ(print({"info", absent, "--config", config}).code, 1) << "flags are";
 }
 
+TEST(ConfigFile, ASecondOneIsRefusedWhereverItIsNamed) {
+  const TemporaryFolder folder;
+  const std::string other = folder.file("other.json", R"({"quiet": true})").string(),
+                    names = folder.file("names.json", R"({"config": "other.json"})").string();
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--config", names},
+                                               {"--config", other, "--config", other},
+                                               {"--config", other, "--config=" + other}}) {
+    std::vector<std::string> command = {"info", "absent"};
+    command.insert(command.end(), more.begin(), more.end());
+    const Printed printed = print(command);
+    EXPECT_EQ(printed.code, 2);
+    EXPECT_NE(printed.error.find("one file"), std::string::npos) << printed.error;
+  }
+}
+
 // A reconstructed scene has a run.json, which is about its training.
 TEST(ViewCommand, TakesAFolderWithASceneForTheSceneAndNotForARun) {
   const TemporaryFolder folder;

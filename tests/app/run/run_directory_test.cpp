@@ -204,6 +204,18 @@ TEST_F(ReplacingAResult, AnInterruptedStageGoesOnFromWhatItHasMade) {
   EXPECT_EQ(RunDirectory::open(folder_ / "run").last_record("work")["options"]["a"], 2) << "what was being made";
 }
 
+TEST_F(ReplacingAResult, AStageThatIsDoneWhenItIsInterruptedCounts) {
+  RunDirectory directory = RunDirectory::create(folder_ / "run");
+  Progress progress(true);
+  expect_error(Failure::kInterrupted, {"once it was done"}, [&] {
+    directory.stage({progress, [] { return true; }, 1, 1, false}, key({{"a", 1}}), [&](const std::string&) {
+      write_text(folder_ / "run/out.txt", "done");
+      return nlohmann::json{{"a", 1}};
+    });
+  });
+  EXPECT_TRUE(RunDirectory::open(folder_ / "run").has("work"));
+}
+
 TEST_F(RunDirectoryTest, ProvenanceHoldsTheRecordOfTheKey) {
   const StageKey work = key({{"a", 1}});
   run_key(work);

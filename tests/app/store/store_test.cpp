@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <sys/resource.h>
 
 #include <bit>
 #include <chrono>
+#include <csignal>
+#include <cstdlib>
 #include <map>
 #include <thread>
 
@@ -156,6 +159,35 @@ TEST(Store, ParticlesAndMaterialSurviveAndMaterialFindsItsSamples) {
   EXPECT_EQ(found.position, p.solid_position);
   EXPECT_EQ(found.volume, p.solid_volume);
   EXPECT_TRUE(found.branch.empty());
+}
+
+/// Writes a trajectory where no file may grow beyond 64 kB, and ends: 7 = with the message.
+[[noreturn]] void write_to_a_full_disk(const fs::path& file) {
+  signal(SIGXFSZ, SIG_IGN);
+  const rlimit most{1 << 16, 1 << 16};
+  setrlimit(RLIMIT_FSIZE, &most);
+  TrajectoryFile t = some_trajectory();
+  Random random(1, 0);
+  const size_t count = 20000;
+  for (TrajectoryFile::Frame& frame : t.frames) {
+    frame.position.resize(count);
+    for (Vec3f& x : frame.position)
+      for (int a = 0; a < 3; ++a) x[a] = static_cast<float>(random.normal());
+    frame.velocity = frame.position;
+    frame.F.assign(count, Mat3f::Identity());
+  }
+  try {
+    write_trajectory(file, t, "{}");
+  } catch (const Error& error) {
+    std::exit(std::string(error.what()).find("free space") != std::string::npos ? 7 : 8);
+  }
+  std::exit(9);
+}
+
+// A file that cannot grow is as good as a full disk; the program then ends as it always does.
+TEST(Store, AFullDiskIsSaidAndTheProgramEndsWithoutACrash) {
+  const TemporaryFolder folder;
+  EXPECT_EXIT(write_to_a_full_disk(folder / "t.h5"), testing::ExitedWithCode(7), "");
 }
 
 TEST(Store, RelaxingBranchesOfAMaterialSurvive) {
