@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +15,7 @@ namespace fs = std::filesystem;
 struct ConvertOptions {
   std::string in, out;
   std::optional<int> degree, level;
+  double scale = 1;
 };
 
 OptionTable options_of(ConvertOptions& options) {
@@ -23,7 +25,11 @@ OptionTable options_of(ConvertOptions& options) {
             .help = "Keep spherical harmonics up to this degree",
             .low = 0,
             .high = 3},
-           level_option(options.level)}};
+           level_option(options.level),
+           {.name = "scale",
+            .field = &options.scale,
+            .help = "Multiply all lengths by this; convert splats and cameras of a scene alike",
+            .positive = true}}};
 }
 
 nlohmann::json convert_splats(const Context& context, const ConvertOptions& options) {
@@ -32,12 +38,15 @@ nlohmann::json convert_splats(const Context& context, const ConvertOptions& opti
   for (const std::string& warning : report.warnings) context.progress.warn(warning);
   if (report.object_channels > 0) context.progress.warn(options.out + ": obj_dc_* of Gaussian Grouping are not kept");
   if (options.degree) cloud = with_sh_degree(cloud, *options.degree);
+  for (Vec3f& x : cloud.position) x *= static_cast<float>(options.scale);
+  for (Vec3f& s : cloud.log_scale) s.array() += static_cast<float>(std::log(options.scale));
   for (const std::string& lost : write_splats(options.out, cloud, report.antialiased)) context.progress.warn(lost);
   return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};
 }
 
 nlohmann::json convert_cameras(const Context& context, const ConvertOptions& options) {
-  const CameraFile file = read_cameras(options.in);
+  CameraFile file = read_cameras(options.in);
+  for (Camera& camera : file.cameras) camera.cam_from_world.translation() *= options.scale;
   for (const std::string& warning : file.warnings) context.progress.warn(warning);
   for (const std::string& lost : write_cameras(options.out, file.cameras)) context.progress.warn(lost);
   return {{"cameras", file.cameras.size()}};
@@ -62,7 +71,7 @@ void add_convert(CLI::App& app, Program& program) {
       if (to_cameras && !splats_at(options->in).empty())
         throw usage_error(options->out, "", "is a camera file but " + options->in + " contains splats",
                           "write splats to .ply, .splat, .spz or .glb");
-      const Unused of_splats = {"does nothing for cameras", "leave it out", {}};
+      const Unused of_splats = {"does nothing for cameras", "leave it out", {"sh-degree", "level"}};
       if (to_cameras) refuse_given(*command, options_of(*options), of_splats);
       return to_cameras ? convert_cameras(context, *options) : convert_splats(context, *options);
     };

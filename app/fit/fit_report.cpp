@@ -70,6 +70,7 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
       writer->write(side_by_side_picture(seen, drawn));
       slices.add(std::array{&seen, &drawn});
     }
+    if (f == 0) continue;  // the first frame held is itself there, and `rest` says how well it is met
     ImageF compared = mask;
     if (!view.compared.empty()) leave_out(compared, view, f);
     if (std::none_of(compared.data.begin(), compared.data.end(), [](float w) { return w > 0; })) continue;

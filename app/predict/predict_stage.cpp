@@ -122,6 +122,12 @@ double first_of(const std::optional<double>& a, const std::optional<double>& b, 
   return a ? *a : b.value_or(otherwise);
 }
 
+/// Whether a material or a softness is asked for.
+bool asks(const PredictStage& stage) {
+  return !stage.label.empty() || !stage.material.empty() || stage.softness != PredictStage().softness ||
+         !stage.llm_url.empty();
+}
+
 json predict_object(const Context& context, const RunDirectory& run, const StageInputs<PredictStage>& in,
                     const std::string& provenance) {
   const PredictStage& stage = in.options;
@@ -132,8 +138,10 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   ObjectPrior prior = object_prior(question_of(in, object, run));
   if (!prior.warning.empty()) context.progress.warn(prior.warning);
   const MaterialValues& scene_file = scene.settings.material;
-  const bool young_given = stage.given.young.has_value();
-  const MaterialMeans means = {stage.given.young.value_or(at_softness(prior.young, stage.softness)),
+  // Who asks for a material wants its E; else that of the scene file stays.
+  const std::optional<double> young_of_file = asks(stage) ? std::nullopt : scene_file.young;
+  const bool young_given = stage.given.young || young_of_file;
+  const MaterialMeans means = {first_of(stage.given.young, young_of_file, at_softness(prior.young, stage.softness)),
                                first_of(stage.given.poisson, scene_file.poisson, prior.poisson.typical),
                                first_of(stage.given.density, scene_file.density, prior.density.typical)};
   const MaterialDistribution field = distribute(file, samples, object, scene, stage.weights, prior.young, means);
@@ -169,8 +177,9 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
                   file.samples.position, file.samples.volume, field.sigma},
                  provenance);
   context.progress.say(
-      fmt::format("predict: {}{}: E {:.3g} Pa on average ({:.2g} to {:.2g}), nu {:.2f}, rho {:.4g} kg/m^3, sways at {}",
-                  prior.guessed ? "unknown, assumed to be a " : "", prior.name, young, young_band.low, young_band.high,
+      fmt::format("predict: {}{}: E {:.3g} Pa on average ({}), nu {:.2f}, rho {:.4g} kg/m^3, sways at {}",
+                  prior.guessed ? "unknown, assumed to be a " : "", prior.name, young,
+                  young_given ? "as given" : fmt::format("{:.2g} to {:.2g}", young_band.low, young_band.high),
                   means.poisson, means.density, shown ? fmt::format("{:.2g} Hz", frequency) : "an unknown frequency"));
   if (prior.guessed)
     context.progress.say(
@@ -192,11 +201,6 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
           {"frequency_band", prior.frequency ? band_json(*prior.frequency) : json()},
           {"cost", to_json(cost)},
           {"material", material_to_json(law)}};
-}
-
-bool asks(const PredictStage& stage) {
-  return !stage.label.empty() || !stage.material.empty() || stage.softness != PredictStage().softness ||
-         !stage.llm_url.empty();
 }
 
 }  // namespace

@@ -10,7 +10,8 @@ ClipFit fit_clip(const ClipFitOptions& options, const Motion<float>& motion, con
                  GradientFitState state, const std::function<void(const std::string&)>& progress,
                  const GradientFitSink& keep) {
   const auto begin = std::chrono::steady_clock::now();
-  const GradientFitFields fields = options.fields();
+  GradientFitFields fields = options.fields();
+  fields.damping = fields.damping && motion.options.simulate.damping_time > 0;
   const auto start = [](const Field* field, std::vector<double>& parameters) {
     if (field && parameters.empty()) parameters = field->constant(std::vector<double>(field->channels(), 0.0));
   };

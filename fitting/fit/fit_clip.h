@@ -10,7 +10,7 @@ namespace pliant {
 /// What gradients vary, and how.
 struct ClipFitOptions {
   std::shared_ptr<const Field> material, velocity, poisson;  ///< see GradientFitFields; null = stays
-  bool damping = true;
+  bool damping = true;                                       ///< where the motion has any
   std::optional<AddedYoung> added_young;
   GradientFitOptions gradient;
 

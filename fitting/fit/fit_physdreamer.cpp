@@ -42,6 +42,25 @@ double typical_speed(const TrackLoss<float>& early, const Particles& particles, 
   return early.rms(still) / std::sqrt(square) * fps / per_metre(early, particles);
 }
 
+/// Frame from which a body that starts in its shape at rest with a velocity can explain the tracks: the first, unless
+/// the motion builds up later, under a push; then that where it first swings back through its shape at rest.
+int start_frame(const TrackLoss<float>& tracks, const Particles& particles) {
+  constexpr double kAtOnce = 0.7;  // of the fastest three frames: a motion of its own is fastest at first
+  const int last = static_cast<int>(tracks.tracks().place.size()) - 1;
+  const std::vector<SimulationState> rest = {initial_state(particles)};
+  std::vector<double> displacement;
+  for (int f = 0; f <= last; ++f) displacement.push_back(tracks.on_rollout(f, f, 0, 1).rms(rest));
+  const double most = *std::ranges::max_element(displacement);
+  double fastest = 0;
+  for (int f = 0; f + kFirstFrames <= last; ++f)
+    fastest = std::max(fastest, displacement[f + kFirstFrames] - displacement[f]);
+  if (last <= kFirstFrames || displacement[kFirstFrames] - displacement[0] > kAtOnce * fastest) return 0;
+  int f = 0;
+  while (f < last && !(displacement[f] > 0.5 * most && displacement[f] >= displacement[f + 1])) ++f;
+  while (f < last && displacement[f + 1] < displacement[f]) ++f;
+  return last - f > kFirstFrames ? f : 0;
+}
+
 /// v0(x): nothing where the body is held, its unit a typical speed.
 std::shared_ptr<const Field> velocity_field(const MaterialFitOptions& options, const Particles& particles,
                                             const std::vector<Interaction>& interactions, double speed) {
@@ -88,8 +107,12 @@ void fix_time_step(Motion<float>& motion) {
 MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& particles,
                             const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
                             const std::function<void(const std::string&)>& progress, MaterialFitProgress kept) {
-  const int first = static_cast<int>(std::lround(std::max(0.0, options.vibration.search.first) * fps)),
+  const double told = options.vibration.search.first;
+  const int first = told >= 0 ? static_cast<int>(std::lround(told * fps)) : start_frame(tracks, particles),
             last = static_cast<int>(tracks.tracks().place.size()) - 1;
+  if (progress && told < 0 && first > 0)
+    progress("the motion builds up at first; from frame " + std::to_string(first) +
+             " on, where the object passes its shape at rest");
   if (last - first <= kFirstFrames)
     throw input_error("fit", "video",
                       fmt::format("has {} frames after the start of the fit, and more than {} are needed",

@@ -92,8 +92,9 @@ McmcSummary relocate_and_grow(const TrainOptions& options, size_t wanted, Traini
   return summary;
 }
 
-void explore(const TrainOptions& options, float rate, TrainingState& state) {
+void explore(const TrainOptions& options, float rate, float extent, TrainingState& state) {
   GaussianCloud& cloud = state.cloud;
+  const float scale = options.noise * rate / (extent * extent);
   parallel_for(
       static_cast<std::ptrdiff_t>(cloud.size()),
       [&](std::ptrdiff_t i) {
@@ -104,7 +105,7 @@ void explore(const TrainOptions& options, float rate, TrainingState& state) {
         const Vec3f normal(random.normal(), random.normal(), random.normal());
         const Mat3f R = rotation_matrix<float>(cloud.rotation[i]);
         const Vec3f variance = (2.0f * cloud.log_scale[i]).array().exp();
-        cloud.position[i] += options.noise * rate * share * (R * variance.cwiseProduct(R.transpose() * normal));
+        cloud.position[i] += scale * share * (R * variance.cwiseProduct(R.transpose() * normal));
       },
       256);
 }

@@ -20,9 +20,10 @@ struct McmcSummary {
 /// copies until there are `wanted`; those that share a place share opacity and size so that the picture hardly changes.
 McmcSummary relocate_and_grow(const TrainOptions& options, size_t wanted, TrainingState& state);
 
-/// Adds Langevin noise to positions: covariance * normal, small for opaque Gaussians (same, eq. 8); `rate` is Adam's
-/// current learning rate of positions.
-void explore(const TrainOptions& options, float rate, TrainingState& state);
+/// Adds Langevin noise to positions: covariance / extent^2 * normal, small for opaque Gaussians (same, eq. 8, where the
+/// covariance is in scene units, so that the noise depends on the unit of length); `rate` is Adam's current learning
+/// rate of positions.
+void explore(const TrainOptions& options, float rate, float extent, TrainingState& state);
 
 /// Adds the derivatives of opacity_weight * mean opacity + scale_weight * mean standard deviation / extent.
 void add_mcmc_regularisers(const TrainOptions& options, float extent, const GaussianCloud& cloud,

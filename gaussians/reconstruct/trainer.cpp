@@ -176,7 +176,7 @@ void Trainer::optimise(const Shown& shown, double progress, RenderGradient<float
     expose_better(shown.photo, exponential_rate(options_.exposure_rate, options_.final_exposure_rate, progress),
                   adj_exposure);
   }
-  if (mcmc && progress < options_.relocate_until) explore(options_, position, state_);
+  if (mcmc && progress < options_.relocate_until) explore(options_, position, static_cast<float>(extent_), state_);
   if (!gradient.screen.empty())
     gather_screen_gradient(gradient.screen, shown.camera.width, shown.camera.height, state_);
 }

@@ -3,11 +3,13 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "gaussians/base/near_plane.h"
+
 namespace pliant {
 
 /// Constants of the reference 3DGS rasteriser; forward and reverse passes use the same ones.
 namespace splat {
-constexpr double kNear = 0.2;            ///< Gaussians nearer than this are not drawn (scene units)
+constexpr double kNear = kNearPlane;     ///< Gaussians nearer than this are not drawn (scene units)
 constexpr double kFrustumClamp = 1.3;    ///< the Jacobian is taken inside the frustum widened by this factor
 constexpr double kScreenVariance = 0.3;  ///< low-pass filter added to the 2D covariance (px^2)
 constexpr double kMaxAlpha = 0.99;

@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/scene/doubtful.h"
 #include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/splats.h"
@@ -98,7 +99,7 @@ void choose_up(const LoadOptions& options, Scene& scene) {
   if (options.up) {
     if (!(options.up->norm() > 1e-9) || !options.up->allFinite())
       throw usage_error("--up", "", "is not a direction", "give x,y,z");
-    scene.up = options.up->normalized();
+    scene.up = options.up->stableNormalized();
     scene.up_source = "given by the user";
     return;
   }
@@ -161,11 +162,13 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
     scene.cameras = orbit_cameras(orbit, scene.cloud, scene.up);
     scene.cameras_are_orbit = true;
   }
+  for (const std::string& sentence : doubtful_units(source.string(), scene.cloud, scene.cameras))
+    scene.warnings.push_back(sentence);
   const std::optional<double> metres =
       options.metres_per_unit ? options.metres_per_unit : scene.settings.metres_per_unit;
-  if (metres && !(*metres > 0 && std::isfinite(*metres))) {
-    throw usage_error("metres_per_unit", "", "is " + std::to_string(*metres), "it must be positive");
-  }
+  constexpr double kLongest = 1e9;  // m, and its inverse the shortest, that a unit may stand for
+  if (metres && !(*metres >= 1 / kLongest && *metres <= kLongest))
+    throw usage_error("metres_per_unit", "", "is " + std::to_string(*metres), "give 1e-9 to 1e9");
   scene.metres_per_unit = metres.value_or(1.0);
   scene.object_height = options.object_height;
   if (!metres && options.object_height == 0)

@@ -99,8 +99,8 @@ SceneFile read_scene_file(const fs::path& file) {
   if (top.has("up")) {
     const std::vector<double> v = top.numbers("up", 3);
     const Eigen::Vector3d up(v[0], v[1], v[2]);
-    if (!(up.norm() > 1e-9)) throw top.complaint("up", "is zero", "give a direction");
-    scene.up = up.normalized();
+    if (!(up.stableNorm() > 1e-9)) throw top.complaint("up", "is zero", "give a direction");
+    scene.up = up.stableNormalized();
   }
   scene.metres_per_unit = positive(top, "metres_per_unit");
   if (top.has("support")) scene.support = top.text("support");

@@ -148,6 +148,8 @@ class CommandOptions : public testing::Test {
         {"info", "json", "", info},
         {"convert", "sh-degree", "0", convert},
         {"convert", "config", path("degree.json"), convert},
+        {"convert", "scale", "2", convert},
+        {"convert", "scale", "2", cameras},
         {"convert", "sh-degree", "0", cameras, true},
         {"convert", "level", "1", convert, true},
         {"render", "cameras", "orbit", images},

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/splats.h"
@@ -46,6 +47,27 @@ TEST(Convert, SplatsBecomeAnyFormatThatIsWritten) {
   EXPECT_EQ(run_quietly({"convert", from, (folder / "f.ply").string(), "--level", "2"}), 2);
   EXPECT_EQ(run_quietly({"convert", from, (folder / "f.ply").string(), "--level", "-1"}), 2);
   EXPECT_EQ(run_quietly({"info", folder.file("broken.spz", "NGSP")}), 1);
+}
+
+TEST(Convert, SplatsAndCamerasAreScaledAlike) {
+  const TemporaryFolder folder;
+  write_splats(folder / "a.ply", few());
+  Camera camera = look_at({1, 2, 3}, {0, 0, 0}, {0, 0, 1}, 64, 48, 60);
+  camera.name = "a";
+  write_cameras(folder / "cameras.json", {camera});
+  ASSERT_EQ(run_quietly({"convert", (folder / "a.ply").string(), (folder / "b.ply").string(), "--scale", "10"}), 0);
+  ASSERT_EQ(run_quietly({"convert", (folder / "cameras.json").string(), (folder / "b.json").string(), "--scale", "10"}),
+            0);
+  const GaussianCloud before = few(), after = read_splats(folder / "b.ply");
+  const Camera moved = read_cameras(folder / "b.json").cameras.at(0);
+  for (size_t i = 0; i < before.size(); ++i) {
+    EXPECT_LT((after.position[i] - 10 * before.position[i]).norm(), 1e-5f);
+    EXPECT_NEAR(after.log_scale[i][0] - before.log_scale[i][0], std::log(10.0f), 1e-5);
+    const Vec3d p = camera.cam_from_world * before.position[i].cast<double>(),
+                q = moved.cam_from_world * after.position[i].cast<double>();
+    EXPECT_LT((q - 10 * p).norm(), 1e-5);
+  }
+  EXPECT_EQ(run_quietly({"convert", (folder / "a.ply").string(), (folder / "c.ply").string(), "--scale", "0"}), 2);
 }
 
 TEST(Convert, ObjectFeaturesThatAreLostAreNamed) {

@@ -137,6 +137,18 @@ TEST_F(Predict, WhatIsGivenIsKeptAndTheRestIsThatOfTheLabel) {
   EXPECT_EQ(material("material.h5").young.front(), 3e4f);
 }
 
+TEST_F(Predict, APartOfTheMaterialInTheSceneFileIsKept) {
+  json scene = read_json(folder_ / "scene/scene.json");
+  scene["material"] = {{"young", 2e4}, {"density", 300}};
+  write_text(folder_ / "scene/scene.json", scene.dump());
+  ASSERT_EQ(run({}), 0);
+  EXPECT_NEAR(summary("predict")["young"], 2e4, 1);
+  EXPECT_EQ(summary("predict")["density"], 300);
+  // A label asks for the E of such a thing.
+  ASSERT_EQ(run({"--label", "sunflower"}), 0);
+  EXPECT_NE(summary("predict")["young"], 2e4);
+}
+
 TEST_F(Predict, SoftnessMovesEAlongItsBand) {
   std::vector<double> young, frequency;
   for (const char* softness : {"0", "0.5", "1"}) {

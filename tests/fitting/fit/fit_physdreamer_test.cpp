@@ -85,6 +85,24 @@ TEST(FitPhysDreamer, FromHalfTheStiffnessTheRecipeComesNearerAndContinuesToTheSa
   }
 }
 
+TEST(FitPhysDreamer, AfterAPushItBeginsWhereTheStemSwingsBackThroughItsShapeAtRest) {
+  const TwinStem twin;
+  const TrackLoss<float> tracks = twin.pushed(true, 0.02, 40);
+  const MaterialFit fit =
+      fit_physdreamer(recipe(MaterialKind::kUniform, 30), twin.particles, twin.pins, tracks, twin.fps);
+  const int first = fit.homogeneous.first_frame;
+  EXPECT_GT(first, 6);  // the push lasts to there
+  EXPECT_LT(first, 25);
+  const std::vector<SimulationState> rest = {initial_state(twin.particles)};
+  const auto away = [&](int f) { return tracks.on_rollout(f, f, 0, 1).rms(rest); };
+  for (const int beside : {-1, 1}) EXPECT_LE(away(first), away(first + beside));
+  EXPECT_LT(fit.found.rms, 0.5 * fit.homogeneous.rms_rest);
+  // Told when to begin, it does.
+  MaterialFitOptions told = recipe(MaterialKind::kUniform, 1);
+  told.vibration.search.first = 0;
+  EXPECT_EQ(fit_physdreamer(told, twin.particles, twin.pins, tracks, twin.fps).homogeneous.first_frame, 0);
+}
+
 /// The published windows: all three frames for v0, one for E.  A gradient of v0 that was cut after one frame, too,
 /// would learn from the first frame alone.
 TEST(FitPhysDreamer, AWindowOfOneFrameCutsTheGradientOfStiffnessNotThatOfTheStart) {

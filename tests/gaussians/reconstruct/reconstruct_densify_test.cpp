@@ -62,15 +62,32 @@ TEST(Mcmc, NoiseMovesFaintGaussiansWithinTheirShapeAndLeavesOpaqueOnes) {
     state.cloud.opacity_logit[i] = i < 1000 ? logit(0.005f) : 3.0f;
   }
   const std::vector<Vec3f> before = state.cloud.position;
-  const float rate = 1e-6f;
-  explore(options, rate, state);
+  const float rate = 1e-6f, extent = 4;
+  explore(options, rate, extent, state);
   Vec3f square = Vec3f::Zero();
   for (size_t i = 0; i < 1000; ++i) square += (state.cloud.position[i] - before[i]).cwiseAbs2() / 1000;
   for (size_t i = 1000; i < 2000; ++i) EXPECT_EQ(state.cloud.position[i], before[i]);
-  // Half of noise * rate * variance * normal.
+  // Half of noise * rate * variance * normal, the variance in extents.
   for (int k = 0; k < 3; ++k) {
-    const float deviation = 0.5f * options.noise * rate * std::exp(2 * state.cloud.log_scale[0][k]);
+    const float deviation = 0.5f * options.noise * rate * std::exp(2 * state.cloud.log_scale[0][k]) / (extent * extent);
     EXPECT_NEAR(std::sqrt(square[k]) / deviation, 1, 0.08) << k;
+  }
+}
+
+TEST(Mcmc, NoiseDoesNotDependOnTheUnitOfLength) {
+  TrainOptions options;
+  TrainingState metres = state_of(painted_ball(50, 2)), millimetres = metres;
+  for (TrainingState* state : {&metres, &millimetres})
+    for (float& o : state->cloud.opacity_logit) o = logit(0.005f);
+  for (Vec3f& x : millimetres.cloud.position) x *= 1000;
+  for (Vec3f& s : millimetres.cloud.log_scale) s.array() += std::log(1000.0f);
+  const std::vector<Vec3f> before = metres.cloud.position;
+  explore(options, 1e-4f, 3, metres);
+  explore(options, 0.1f, 3000, millimetres);
+  for (size_t i = 0; i < before.size(); ++i) {
+    const float moved = (metres.cloud.position[i] - before[i]).norm();
+    EXPECT_GT(moved, 0);
+    EXPECT_LT((millimetres.cloud.position[i] / 1000 - metres.cloud.position[i]).norm(), 0.02f * moved + 1e-6f);
   }
 }
 
