@@ -115,6 +115,9 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
     case InteractionType::kImpulse:
       required(row, "region", where);
       out.vector = vector_of(required(row, "impulse", where), where, "impulse");
+      if (row.contains("duration"))
+        throw usage_error(where, "duration", "does nothing: an impulse acts at once",
+                          "leave it out, or give a point_force");
       break;
     case InteractionType::kGrab: {
       required(row, "region", where);

@@ -31,7 +31,7 @@ nlohmann::json region_to_json(const Region& region);
 ///   {type: collider, region, contact: sticky|slip|separating, friction, container: matter is inside the shape,
 ///    velocity: [m/s] | path of `pivot`, angular_velocity: [rad/s] about `pivot`, start, duration}
 ///   {type: poke, radius, path of the finger's centre, friction, start}
-///   {type: torque, region, torque: [N m] about the axis along it through the touched mass, start, duration}
+///   {type: torque, region, torque: [N m] about the centre of the touched mass, start, duration}
 ///   {type: wind, wind: [m/s], region, drag_coefficient, air_density kg/m^3, start, duration}
 /// Positions come back in metres.  Unknown types and keys are usage errors with the nearest known name.
 std::vector<Interaction> parse_interactions(const std::string& text, const InteractionFrame& frame,

@@ -29,10 +29,11 @@ void add_lasting(const std::vector<Interaction>& script, double duration, Sessio
   for (const Interaction& it : script) {
     if (it.start != 0 || it.end() < duration) continue;
     if (it.type == InteractionType::kGravity) setup.options.gravity = it.vector;
+    if (it.type == InteractionType::kCollider && (moves(it) || it.container))
+      setup.refused = "an obstacle of the interactions moves or is a container";
+    if (moves(it)) continue;
     const std::vector<Interaction> resting = resting_interactions({it});
     setup.held.insert(setup.held.end(), resting.begin(), resting.end());
-    if (it.type == InteractionType::kCollider && (resting.empty() || it.container))
-      setup.refused = "an obstacle of the interactions moves or is a container";
   }
   // A session cancels all of its gravity while a pin holds the body.
   const bool pinned = std::any_of(setup.held.begin(), setup.held.end(),

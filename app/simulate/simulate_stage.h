@@ -11,7 +11,7 @@
 
 namespace pliant {
 
-constexpr double kDampingTime = 1;  ///< s
+constexpr double kDampingTime = 1;  ///< s, of an object that a pin holds at the start
 
 /// simulate: material and interactions -> material.h5, interactions.json, trajectory.h5.
 struct SimulateStage {
@@ -22,8 +22,8 @@ struct SimulateStage {
   std::string material_file;       ///< material.h5 of any particles, whose nearest sample counts; instead of a fit's
   std::string velocity_file;       ///< velocity.h5 of any particles: how the motion starts; instead of a fit's
   double fps = 30, duration = 4;
-  std::optional<double> damping_time;  ///< amplitude of motion decays as exp(-t / damping_time) [s]; 0 = none; default:
-                                       ///< the fit's, else kDampingTime
+  std::optional<double> damping_time;  ///< see SimulateOptions; default: the fit's, else kDampingTime where a pin holds
+                                       ///< the object at the start, else 0
   double push = 0.15;                  ///< peak deflection of the automatic push, share of the object's height
   bool gravity = true;
   std::string rest_shape = "captured";  ///< of a pinned body: captured (free of stress) or solve (loaded by gravity)
@@ -35,7 +35,7 @@ struct SimulateStage {
                                   ///< so that none stays hooked on another
   bool obstacles = false;         ///< the rest of the scene's Gaussians are an obstacle
   bool use_fit = true;  ///< material, damping and start of a fit, where there is one and `material` names no E
-  bool floor = true;    ///< the plane of the support is a floor, unless the interactions have a ground
+  bool floor = true;    ///< the plane of the support is a floor, see floor_of
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SimulateStage& stage);

@@ -49,7 +49,9 @@ OptionTable options_of(SimulateStage& stage) {
           {.name = "duration", .field = &stage.duration, .help = "Length of the clip [s]", .low = 0.01, .high = 3600},
           {.name = "damping-time",
            .field = &stage.damping_time,
-           .help = "Motion decays as exp(-t / this) [s]; 0 = undamped (default: the fit's value, else 1)",
+           .help =
+               "Vibrations decay as exp(-t / this), drift and falls as exp(-2 t / this) [s]; 0 = none (default: the "
+               "fit's, 1 if pinned, else 0)",
            .low = 0},
           {.name = "auto-push",
            .field = &stage.push,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/import/interactions.h"
@@ -13,6 +14,7 @@
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
 #include "physics/body/scene_distance.h"
+#include "physics/simulate/loads.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -34,11 +36,23 @@ std::vector<Interaction> pins_of(const std::string& pinned_json, const Scene& sc
   return pins;
 }
 
+namespace {
+
+/// Whether a ground is about the plane of the floor, or above it, from the start; both normals are of length 1.
+bool replaces(const Interaction& ground, const Interaction& floor, double height) {
+  constexpr double kAlike = 0.866, kDeeper = 0.05;  // cosine of 30 degrees; share of the object's height
+  const Region &plane = ground.region, &below = floor.region;
+  const double along = plane.vector.dot(below.vector);
+  if (ground.type != InteractionType::kGround || ground.start > 0 || along < kAlike) return false;
+  // Where it crosses the floor's normal.
+  return (plane.point - below.point).dot(plane.vector) / along > -kDeeper * height;
+}
+
+}  // namespace
+
 std::optional<Interaction> floor_of(const json& extract, const std::vector<Interaction>& interactions,
                                     const Scene& scene) {
   constexpr double kFriction = 0.5;
-  for (const Interaction& it : interactions)
-    if (it.type == InteractionType::kGround) return std::nullopt;
   if (!extract.contains("contact")) return std::nullopt;
   const json& contact = extract["contact"];
   const auto vector = [&](const char* key) {
@@ -48,7 +62,10 @@ std::optional<Interaction> floor_of(const json& extract, const std::vector<Inter
   floor.type = InteractionType::kGround;
   floor.friction = kFriction;
   floor.region = Region::half_space(vector("point"), vector("normal")).scaled(scene.metres_per_unit);
-  return floor;
+  const double height = extract.at("height").get<double>() * scene.metres_per_unit;
+  const bool replaced = std::any_of(interactions.begin(), interactions.end(),
+                                    [&](const Interaction& it) { return replaces(it, floor, height); });
+  return replaced ? std::nullopt : std::optional(floor);
 }
 
 namespace {
@@ -105,6 +122,40 @@ json sized_push(const Context& context, const SimulationPlan& plan, const std::f
   return json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
 }
 
+/// Whether one of the interactions is a pin that holds the body at the start.
+bool is_held(const SimulationPlan& plan, const std::vector<Interaction>& pins, const Particles& particles) {
+  std::vector<Interaction> all = pins;
+  for (const Interaction& it : plan.interactions)
+    if (it.type == InteractionType::kPin) all.push_back(it);
+  return LoadSchedule<float>(plan.options, particles, all).pinned(0);
+}
+
+/// Damping by default, and whether a rest shape can be solved: both ask whether a pin holds the body at the start.
+void set_by_hold(const Context& context, const SimulateStage& stage, bool held, SimulateOptions& options) {
+  if (!held && stage.rest_shape == "solve")
+    throw usage_error("--rest-shape", "solve", "does nothing: no pin holds the object at the start",
+                      "leave it out, or pin the object");
+  options.damping_time = stage.damping_time.value_or(held ? kDampingTime : 0);
+  if (!held && !stage.damping_time)
+    context.progress.say("simulate: no pin holds the object: its motion is not damped (see --damping-time)");
+}
+
+void add_floor(const Context& context, const json& extract, const Scene& scene, SimulationPlan& plan) {
+  if (!floor_of(extract, {}, scene)) return;
+  const std::string support = extract["contact"]["support"].get<std::string>();
+  const auto floor = floor_of(extract, plan.interactions, scene);
+  if (!floor) {
+    context.progress.say("simulate: the ground of the interactions takes the place of the plane of '" + support + "'");
+    return;
+  }
+  const bool beside = std::any_of(plan.interactions.begin(), plan.interactions.end(),
+                                  [](const Interaction& it) { return it.type == InteractionType::kGround; });
+  context.progress.say(fmt::format("simulate: the plane of '{}' is a floor, friction {}{}", support, floor->friction,
+                                   beside ? ", beside the ground of the interactions (--no-floor leaves it out)" : ""));
+  plan.floor = true;
+  plan.interactions.push_back(*floor);
+}
+
 }  // namespace
 
 GridKind grid_kind(const std::string& solver) {
@@ -149,7 +200,6 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   SimulationPlan plan;
   plan.options.fps = stage.fps;
   plan.options.duration = stage.duration;
-  plan.options.damping_time = stage.damping_time.value_or(kDampingTime);
   plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
   if (moving && stage.settle != SimulateStage().settle)
     throw usage_error("--settle-time", fmt::format("{:g}", stage.settle),
@@ -164,25 +214,21 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
     throw usage_error("--contact-friction", "", "does nothing on the Eulerian grid, where touching parts stick",
                       "leave it out, or use an elastic law and --solver lagrangian");
   const std::vector<Interaction> pins = pins_of(body.file.pinned_json, scene);
-  const std::string file = stage.interactions.empty() ? "interactions.json" : stage.interactions;
-  if (moving) {
-    plan.script = json::array();
-  } else if (stage.interactions.empty()) {
-    plan.script = sized_push(context, plan, files.at("object"), extract, scene, stage, body, pins, plan.push);
-    plan.interactions = parse_interactions(plan.script.dump(), {scene.metres_per_unit, scene.up}, file);
-  } else {
+  const InteractionFrame frame{scene.metres_per_unit, scene.up};
+  plan.script = json::array();
+  if (!moving && !stage.interactions.empty()) {
     const std::string text = read_text(stage.interactions);
-    plan.interactions = parse_interactions(text, {scene.metres_per_unit, scene.up}, file);
+    plan.interactions = parse_interactions(text, frame, stage.interactions);
     plan.script = json::parse(text);
+  }
+  set_by_hold(context, stage, is_held(plan, pins, body.particles), plan.options);
+  if (!moving && stage.interactions.empty()) {
+    plan.script = sized_push(context, plan, files.at("object"), extract, scene, stage, body, pins, plan.push);
+    plan.interactions = parse_interactions(plan.script.dump(), frame, "interactions.json");
   }
   plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
   if (stage.obstacles) plan.interactions.push_back(obstacle_of(context, files.at("background"), scene, body.particles));
-  if (const auto floor = stage.floor && !stage.obstacles ? floor_of(extract, plan.interactions, scene) : std::nullopt) {
-    plan.floor = true;
-    plan.interactions.push_back(*floor);
-    context.progress.say(fmt::format("simulate: the plane of '{}' is a floor, friction {}",
-                                     extract["contact"]["support"].get<std::string>(), floor->friction));
-  }
+  if (stage.floor && !stage.obstacles) add_floor(context, extract, scene, plan);
   return plan;
 }
 

@@ -31,8 +31,9 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
 /// What `seed` says holds the object, in metres; `pinned_json` is that of solid.h5 or particles.h5.
 std::vector<Interaction> pins_of(const std::string& pinned_json, const Scene& scene);
 
-/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, where
-/// the interactions name no ground of their own.
+/// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, unless
+/// a ground of the interactions that acts from the start is about that plane (normals within 30 degrees, at most 5 % of
+/// the object's height below) or lies above it.
 std::optional<Interaction> floor_of(const nlohmann::json& extract, const std::vector<Interaction>& interactions,
                                     const Scene& scene);
 
@@ -46,7 +47,7 @@ struct SimulationPlan {
 };
 
 /// From the stage's options: an interaction script, nothing (`moving`: the body moves already) or one push sized to the
-/// stiffness; pins, the support's floor.
+/// stiffness; pins, the support's floor.  Damping by default only where a pin holds the body at the start.
 /// `files`: object, for the push, and background, for an obstacle; `extract`: height and contact that it found.
 SimulationPlan plan_simulation(const Context& context, const InputFiles& files, const nlohmann::json& extract,
                                const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,

@@ -89,8 +89,8 @@ class Mpm {
     double mass = 0;
     Vec3d centre = Vec3d::Zero(), velocity = Vec3d::Zero();
     Mat3d second = Mat3d::Zero();  ///< [kg m^2] sum of m r r^T, r from the centre of mass
-    /// Moment of inertia [kg m^2] about the axis through the centre along the unit vector `axis`.
-    double inertia(const Vec3d& axis) const { return second.trace() - axis.dot(second * axis); }
+    /// Tensor of inertia [kg m^2] about the centre.
+    Mat3d inertia() const { return second.trace() * Mat3d::Identity() - second; }
   };
   Motion motion_of(std::span<const int> particles) const;
 

@@ -1,6 +1,7 @@
 #include "physics/simulate/interaction.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include "gaussians/base/error.h"
 
@@ -87,6 +88,15 @@ void validate_interaction(const Interaction& interaction, size_t index) {
     finite("path", point.position);
     last = point.time;
   }
+}
+
+std::string why_idle(const Interaction& interaction, double seconds) {
+  char line[128] = "";
+  if (interaction.start > (1 - 1e-9) * seconds)
+    std::snprintf(line, sizeof line, "it starts at %.6g s, and the clip ends at %.6g s", interaction.start, seconds);
+  else if (interaction.duration == 0 && interaction.type != InteractionType::kImpulse)
+    std::snprintf(line, sizeof line, "it starts at %.6g s and lasts 0 s", interaction.start);
+  return line;
 }
 
 }  // namespace pliant

@@ -22,7 +22,8 @@ enum class InteractionType {
   kCollider,    ///< obstacle of the shape `region` or `distance`, lying there at `start`; it moves along `path` or by
                 ///< `vector` [m/s], and turns by `angular_velocity` about `pivot`
   kPoke,        ///< finger of radius region.radius whose centre follows `path`; separating, with friction
-  kTorque,      ///< torque `vector` [N m] about the axis along it through the centre of the touched mass
+  kTorque,      ///< torque `vector` [N m] on the touched mass about its centre; along a line that all of this mass lies
+                ///< on, it does nothing
   kWind,    ///< wind of velocity `vector` [m/s] on the surface: drag air_density / 2 * drag_coefficient * A |u| u of
             ///< each piece of area A (across the wind) that faces it, u the velocity of the air against the piece
   kWeight,  ///< a weight of `mass` hung on `region` from the beginning to the end: its inertia and its gravity
@@ -73,5 +74,8 @@ std::vector<std::string> interaction_names();
 /// radius, a cylinder with a length, a path with ascending times, a normal that is not zero, a collider with a shape, a
 /// weight with a mass that hangs all the time.
 void validate_interaction(const Interaction& interaction, size_t index);
+
+/// Why nothing of an interaction falls into a clip of `seconds`, as a clause; empty where something does.
+std::string why_idle(const Interaction& interaction, double seconds);
 
 }  // namespace pliant

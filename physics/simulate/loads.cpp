@@ -5,6 +5,7 @@
 
 #include "gaussians/base/error.h"
 #include "physics/simulate/grab_spring.h"
+#include "physics/simulate/inertia.h"
 #include "physics/simulate/weights.h"
 
 namespace pliant {
@@ -147,15 +148,10 @@ void LoadSchedule<T>::add_grab(const Entry& entry, double t, double dt, const Mp
 
 template <class T>
 void LoadSchedule<T>::add_torque(const Entry& entry, double part, const Mpm<T>& solver, StepLoads<T>& loads) const {
-  const Vec3d& torque = entry.interaction.vector;
-  const double size = torque.norm();
-  if (!(size > 0) || entry.touched.size() < 2) return;  // a single particle has no axis
   const auto motion = solver.motion_of(entry.touched);
-  const double inertia = motion.inertia(torque / size);
-  if (!(inertia > 0)) return;  // all on the axis
   BodyLoad<T> load;
   load.bit = entry.bit;
-  load.angular = (part / inertia * torque).template cast<T>();
+  load.angular = (part * angular_acceleration(motion.inertia(), entry.interaction.vector)).template cast<T>();
   load.centre = motion.centre.template cast<T>();
   loads.body.push_back(load);
 }

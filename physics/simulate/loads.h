@@ -94,10 +94,8 @@ class LoadSchedule {
 
   void grab_adjoint(const Entry& entry, double t, double dt, const TapeStep<T>& step, const Vec3d& by_acceleration,
                     StepAdjoint<T>& particles, size_t number, LoadsGradient& gradient) const;
-  /// False where the torque added no load to the step; else its load is number `place`.
-  bool torque_adjoint(const Entry& entry, double part, const TapeStep<T>& step,
-                      const std::vector<BodyLoadGradient>& by_loads, size_t place, StepAdjoint<T>& particles,
-                      Vec3d& by_torque) const;
+  void torque_adjoint(const Entry& entry, double part, const TapeStep<T>& step, const BodyLoadGradient& by_load,
+                      StepAdjoint<T>& particles, Vec3d& by_torque) const;
   void add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
   void add_torque(const Entry& entry, double part, const Mpm<T>& solver, StepLoads<T>& loads) const;
   /// Distance [m] by which a finger misses the particles at rest.

@@ -2,6 +2,7 @@
 
 #include "gaussians/base/error.h"
 #include "physics/simulate/grab_spring.h"
+#include "physics/simulate/inertia.h"
 #include "physics/simulate/loads.h"
 #include "physics/simulate/weights.h"
 
@@ -51,7 +52,7 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
       case InteractionType::kPoke:
         break;
       case InteractionType::kTorque:
-        if (part > 0 && torque_adjoint(entry, part, step, by.body, next, particles, gradient.vector[k])) ++next;
+        if (part > 0) torque_adjoint(entry, part, step, by.body[next++], particles, gradient.vector[k]);
         break;
       case InteractionType::kWind:
         if (part > 0) gradient.vector[k] += by.body[next++].wind;
@@ -115,23 +116,16 @@ void LoadSchedule<T>::grab_adjoint(const Entry& entry, double t, double dt, cons
 }
 
 template <class T>
-bool LoadSchedule<T>::torque_adjoint(const Entry& entry, double part, const TapeStep<T>& step,
-                                     const std::vector<BodyLoadGradient>& by_loads, size_t place,
-                                     StepAdjoint<T>& particles, Vec3d& by_torque) const {
-  const Vec3d& torque = entry.interaction.vector;
-  const double size = torque.norm();
-  if (!(size > 0) || entry.touched.size() < 2) return false;
-  const Vec3d axis = torque / size;
+void LoadSchedule<T>::torque_adjoint(const Entry& entry, double part, const TapeStep<T>& step,
+                                     const BodyLoadGradient& by_load, StepAdjoint<T>& particles,
+                                     Vec3d& by_torque) const {
+  if (entry.touched.size() < 2) return;  // nothing turns a single particle
   const auto motion = particles.motion_of(step, entry.touched);
-  const double inertia = particles.inertia_of(step, entry.touched, motion.centre, axis);
-  if (!(inertia > 0)) return false;
-  // angular = part / inertia * torque, about the centre of mass
-  const BodyLoadGradient& by = by_loads[place];
-  const double by_inertia = -part / (inertia * inertia) * torque.dot(by.angular);
-  const Vec3d by_axis = particles.inertia_adjoint(step, entry.touched, motion.centre, axis, by_inertia);
-  by_torque += part / inertia * by.angular + (by_axis - by_axis.dot(axis) * axis) / size;
-  particles.motion_adjoint(step, entry.touched, motion, by.centre, Vec3d::Zero());
-  return true;
+  const Mat3d inertia = particles.inertia_of(step, entry.touched, motion.centre);
+  Mat3d by_inertia = Mat3d::Zero();
+  angular_acceleration_adjoint(inertia, entry.interaction.vector, part * by_load.angular, by_inertia, by_torque);
+  particles.inertia_adjoint(step, entry.touched, motion.centre, by_inertia);
+  particles.motion_adjoint(step, entry.touched, motion, by_load.centre, Vec3d::Zero());
 }
 
 template <class T>

@@ -7,6 +7,28 @@
 #include "physics/simulate/settle.h"
 
 namespace pliant {
+namespace {
+
+Error too_soft(const std::string& problem) {
+  return numerical_error("rest shape", problem, "raise Young's modulus, or use --rest-shape captured");
+}
+
+template <class T>
+SettleSummary settle_under_gravity(Simulator<T>& simulator, const BasicParticles<T>& particles, double max_seconds,
+                                   double rest_speed, BasicSimulationState<T>& state) {
+  SettleSummary settled;
+  try {
+    settled = settle(simulator, particles, max_seconds, rest_speed, state);
+  } catch (const Error& error) {
+    if (error.failure != Failure::kNumerical) throw;
+    throw too_soft("the body becomes unstable while it settles under gravity");
+  }
+  if (!settled.at_rest)
+    throw too_soft("the body does not come to rest under gravity within " + std::to_string(max_seconds) + " s");
+  return settled;
+}
+
+}  // namespace
 
 template <class T>
 RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicParticles<T>& particles,
@@ -39,13 +61,7 @@ RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicPartic
   for (summary.iterations = 1; summary.iterations <= options.max_iterations; ++summary.iterations) {
     BasicSimulationState<T> state = initial_state(particles);
     state.x = unloaded;
-    const SettleSummary settled = settle(simulator, particles, options.max_seconds, speed, state);
-    summary.seconds += settled.seconds;
-    if (!settled.at_rest)
-      throw numerical_error(
-          "rest shape",
-          "the body does not come to rest under gravity within " + std::to_string(options.max_seconds) + " s",
-          "raise Young's modulus, or use --rest-shape captured");
+    summary.seconds += settle_under_gravity(simulator, particles, options.max_seconds, speed, state).seconds;
     double residual = 0;
     for (size_t i = 0; i < n; ++i)
       residual = std::max(residual, static_cast<double>((state.x[i] - particles.position[i]).norm()));

@@ -27,10 +27,10 @@ struct RestShapeOptions {
   double max_seconds = 8;  ///< of settling per iteration
 };
 
-/// Inverse statics: the unloaded shape x0 from which the body, held by the pins, grounds and resting colliders of
-/// `interactions`, comes to rest under gravity in the captured shape particles.position.  Fixed-point iteration
-/// x0 <- x0 - (x_eq(x0) - x_captured), each x_eq by damped settling; it converges while the sag is small against the
-/// size.  An iteration that does not lessen the residual is taken back and halved.
+/// Inverse statics: the unloaded shape x0 from which the body, held by the pins, grounds and obstacles of
+/// `interactions` as they stand at the start, comes to rest under gravity in the captured shape particles.position.
+/// Fixed-point iteration x0 <- x0 - (x_eq(x0) - x_captured), each x_eq by damped settling; it converges while the sag
+/// is small against the size.  An iteration that does not lessen the residual is taken back and halved.
 /// Throws Error{kUsage} when no pin holds the body at the start, Error{kNumerical} when it does not come to rest.
 template <class T>
 RestShape<T> solve_rest_shape(const RestShapeOptions& options, const BasicParticles<T>& particles,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/laws/material.h"
+#include "physics/simulate/grab_spring.h"
 
 namespace pliant {
 namespace {
@@ -34,15 +35,23 @@ void stop(BasicSimulationState<T>& state) {
 std::vector<Interaction> resting_interactions(const std::vector<Interaction>& interactions) {
   std::vector<Interaction> world;
   for (const Interaction& it : interactions) {
-    const bool collider =
-        it.type == InteractionType::kCollider && it.path.empty() && it.vector.isZero() && it.angular_velocity.isZero();
     const bool holds = it.type == InteractionType::kPin || it.type == InteractionType::kGround ||
-                       it.type == InteractionType::kWeight || collider;
+                       it.type == InteractionType::kWeight || it.type == InteractionType::kCollider ||
+                       it.type == InteractionType::kPoke;
     if (!holds || it.start != 0) continue;
-    world.push_back(it);
-    world.back().duration = INFINITY;
+    Interaction& standing = world.emplace_back(it);
+    standing.duration = INFINITY;
+    standing.vector.setZero();
+    standing.angular_velocity.setZero();
+    if (!it.path.empty()) standing.path = {{0, path_position(it.path, 0)}};
   }
   return world;
+}
+
+bool moves(const Interaction& obstacle) {
+  const bool driven = obstacle.type == InteractionType::kCollider &&
+                      !(obstacle.vector.isZero(0) && obstacle.angular_velocity.isZero(0));
+  return driven || !obstacle.path.empty();
 }
 
 template <class T>

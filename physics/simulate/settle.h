@@ -11,9 +11,11 @@ struct SettleSummary {
   double displacement = 0;  ///< m, largest distance of a particle from where it was
 };
 
-/// Interactions that shape a state of rest: weights, and pins, grounds and colliders that act from the start and do not
-/// move.
+/// Interactions that shape a state of rest, for all time: weights, and pins, grounds, colliders and fingers that act
+/// from the start; those that move stand where they are then.
 std::vector<Interaction> resting_interactions(const std::vector<Interaction>& interactions);
+/// Whether a collider or finger does not always stand there.
+bool moves(const Interaction& obstacle);
 
 /// Takes frames of `simulator` until `state` rests or `max_seconds` are over.  Whenever kinetic energy has passed a
 /// maximum, where forces balance, motion is set to zero (dynamic relaxation with kinetic damping; Cundall 1976), so no

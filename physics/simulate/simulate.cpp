@@ -158,18 +158,28 @@ void superpose(const BasicParticles<T>& particles, const BasicSimulationState<T>
   state.quiet_time = given.quiet_time;
 }
 
-/// Moving colliders and fingers that gave the body nothing.
+std::string name_of(const Interaction& it, size_t number) {
+  return "interaction " + std::to_string(number) + " (" + interaction_name(it.type) + ")";
+}
+
 template <class T>
-void warn_of_misses(const LoadSchedule<T>& schedule, SimulateSummary& summary) {
+void warn_of_idle(const LoadSchedule<T>& schedule, double seconds, SimulateSummary& summary) {
+  for (size_t k = 0; k < schedule.size(); ++k)
+    if (const std::string why = why_idle(schedule[k], seconds); !why.empty())
+      summary.warnings.push_back(name_of(schedule[k], k) + " never acts: " + why);
+}
+
+/// Moving colliders and fingers that gave the body nothing while they acted.
+template <class T>
+void warn_of_misses(const LoadSchedule<T>& schedule, double seconds, SimulateSummary& summary) {
   for (size_t k = 0; k < schedule.size(); ++k) {
     const Interaction& it = schedule[k];
+    if (!why_idle(it, seconds).empty()) continue;
     const bool moves = it.type == InteractionType::kPoke ||
                        (it.type == InteractionType::kCollider && (!it.path.empty() || it.vector.norm() > 0));
     const bool touched = std::any_of(summary.impulse_of_frame.begin(), summary.impulse_of_frame.end(),
                                      [&](const std::vector<Vec3d>& frame) { return !frame[k].isZero(0); });
-    if (moves && !touched && summary.frames > 0)
-      summary.warnings.push_back("interaction " + std::to_string(k) + " (" + interaction_name(it.type) +
-                                 ") touched nothing");
+    if (moves && !touched && summary.frames > 0) summary.warnings.push_back(name_of(it, k) + " touched nothing");
   }
 }
 
@@ -197,8 +207,11 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
     throw usage_error("simulate", "cell_size", "is " + std::to_string(summary.cell_size), "give meters");
 
   Simulator<T> simulator(options, particles, interactions, summary);
+  const int frames = static_cast<int>(std::lround(options.fps * options.duration));
+  const double seconds = frames / options.fps;
   const bool told = !summary.warnings.empty();
   if (!told) summary.warnings = simulator.schedule().warnings();
+  if (!told && frames > 0) warn_of_idle(simulator.schedule(), seconds, summary);
   const bool viscous = options.viscosity_time > 0 ||
                        std::any_of(particles.materials.begin(), particles.materials.end(), [](const Material& m) {
                          return m.viscosity_time > 0 || (m.law == Law::kFluid && m.dynamic_viscosity > 0);
@@ -245,12 +258,11 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
     }
     deliver();
   }
-  const int frames = static_cast<int>(std::lround(options.fps * options.duration));
   while (result.state.frame < frames && !result.stopped) {
     simulator.advance(result.state);
     deliver();
   }
-  warn_of_misses(simulator.schedule(), summary);
+  warn_of_misses(simulator.schedule(), seconds, summary);
   warn_of_stretch(summary);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   result.summary = summary;

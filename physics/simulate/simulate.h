@@ -31,13 +31,14 @@ enum class GridKind {
 
 struct SimulateOptions {
   double fps = 30;
-  double duration = 3;             ///< s; frames = round(fps * duration)
-  double courant = 0.4;            ///< chosen (c + |v|) dt / dx, c = sqrt((lambda + 2 mu) / rho)
-  double courant_cap = 0.6;        ///< a frame in which it is exceeded is repeated with half the time step
-  int substeps = 0;                ///< per frame; 0 = from `courant`
-  Vec3d gravity = {0, 0, -9.81};   ///< m/s^2; see below
-  double damping_time = 0;         ///< s in which mass-proportional damping lowers an amplitude to 1/e; 0 = none
-  double viscosity_time = 0;       ///< s, Kelvin-Voigt: stress of strain + time * strain rate; 0 = none
+  double duration = 3;            ///< s; frames = round(fps * duration)
+  double courant = 0.4;           ///< chosen (c + |v|) dt / dx, c = sqrt((lambda + 2 mu) / rho)
+  double courant_cap = 0.6;       ///< a frame in which it is exceeded is repeated with half the time step
+  int substeps = 0;               ///< per frame; 0 = from `courant`
+  Vec3d gravity = {0, 0, -9.81};  ///< m/s^2; see below
+  double damping_time = 0;        ///< s in which mass-proportional damping lowers an amplitude to 1/e, and the speed of
+                                  ///< a free body to 1/e^2; 0 = none
+  double viscosity_time = 0;      ///< s, Kelvin-Voigt: stress of strain + time * strain rate; 0 = none
   double strain_rate_damping = 0;  ///< 1/s at which the symmetric part of the particles' affine velocity decays (RPIC,
                                    ///< Jiang et al. 2015); infinity = at once
   bool pic = false;                ///< transfers without affine velocity (PIC); strongly damped, for comparison

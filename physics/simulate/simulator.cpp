@@ -106,7 +106,8 @@ void Simulator<T>::advance(BasicSimulationState<T>& state) {
       throw numerical_error(
           "simulate",
           "frame " + std::to_string(state.frame + 1) + " stays unstable with " + std::to_string(substeps) + " substeps",
-          "lower the forces or Young's modulus, or use fewer driving particles");
+          attempt > 0 ? "lower the forces, raise Young's modulus, or use fewer driving particles"
+                      : "lower the speeds or Young's modulus, or use fewer driving particles");
     begin_frame(state);
     if (run(state, substeps, 0, substeps)) break;
     substeps *= 2;
@@ -143,6 +144,10 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
       [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
       [&] {
         for (size_t l = 0; l < loads_.source.size(); ++l) impulse_[loads_.source[l]] += solver_.impulses()[l];
+        // The grid's gravity pulls at the weights as well.
+        for (size_t k = 0; k < schedule_.size(); ++k)
+          if (schedule_[k].type == InteractionType::kWeight)
+            impulse_[k] += dt * schedule_[k].mass * loads_.gravity.template cast<double>();
         return courant_number(solver_.max_speed(), dt, options_.courant_cap) <= 1;
       },
       tape);

@@ -176,29 +176,26 @@ void StepAdjoint<T>::motion_adjoint(const TapeStep<T>& step, std::span<const int
 }
 
 template <class T>
-double StepAdjoint<T>::inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
-                                  const Vec3d& axis) const {
-  double sum = 0;
+Mat3d StepAdjoint<T>::inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre) const {
+  Mat3d sum = Mat3d::Zero();
   for (const int i : particles) {
-    sum += record_[slot_[i]].mass * (place_of(step, i).x - centre).cross(axis).squaredNorm();
+    const Vec3d arm = place_of(step, i).x - centre;
+    sum += record_[slot_[i]].mass * (arm.squaredNorm() * Mat3d::Identity() - arm * arm.transpose());
   }
   return sum;
 }
 
 template <class T>
-Vec3d StepAdjoint<T>::inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
-                                      const Vec3d& axis, double by_inertia) {
-  // sum m (r^2 - (r . n)^2); about the centre of mass it does not change with the centre.
-  Vec3d by_axis = Vec3d::Zero();
+void StepAdjoint<T>::inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                                     const Mat3d& by_inertia) {
+  // A : sum m (r^2 - r r^T) = sum m r^T B r, B = tr A - A; about the centre of mass the centre does not change it.
+  const Mat3d B = by_inertia.trace() * Mat3d::Identity() - by_inertia, both = B + B.transpose();
   for (const int i : particles) {
     AdjointRecord<T>& r = followed_record(i);
-    const Vec3d arm = place_of(step, i).x - centre, across = arm - arm.dot(axis) * axis;
-    const double twice = 2 * by_inertia * r.mass;
-    for (int a = 0; a < 3; ++a) r.x[a] += static_cast<T>(twice * across[a]);
-    r.by_mass += static_cast<T>(by_inertia * across.squaredNorm());
-    by_axis -= twice * arm.dot(axis) * arm;
+    const Vec3d arm = place_of(step, i).x - centre, by_arm = both * arm;
+    for (int a = 0; a < 3; ++a) r.x[a] += static_cast<T>(r.mass * by_arm[a]);
+    r.by_mass += static_cast<T>(0.5 * arm.dot(by_arm));
   }
-  return by_axis;
 }
 
 template <class T>

@@ -84,11 +84,10 @@ class StepAdjoint {
   /// The way back: adds to the derivatives by the particles at the start of the step, which was the last gone through.
   void motion_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Motion& motion,
                       const Vec3d& by_centre, const Vec3d& by_velocity);
-  /// The same for the moment of inertia about the centre of mass; returns the derivative by the axis.
-  Vec3d inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre, const Vec3d& axis,
-                        double by_inertia);
-  double inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
-                    const Vec3d& axis) const;
+  /// Tensor of inertia [kg m^2] about the centre of mass.
+  Mat3d inertia_of(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre) const;
+  void inertia_adjoint(const TapeStep<T>& step, std::span<const int> particles, const Vec3d& centre,
+                       const Mat3d& by_inertia);
   ParticleGradient<T> particle_gradient() const;
   size_t bytes() const;
 

@@ -104,6 +104,7 @@ TEST_F(SessionBody, WhatTheScriptDoesForATimeIsNotHeld) {
                      row_of("pin", {{"region", foot()}, {"start", 0.1}}),
                      row_of("collider", {{"region", ball}, {"velocity", {0, 0, 1}}, {"duration", 0.1}}),
                      row_of("gravity", {{"acceleration", {0, 0, 0}}, {"duration", 0.1}}),
+                     row_of("poke", {{"radius", 0.1}, {"path", {{0, 2, 2, 2}, {1, 2, 2, 1}}}}),
                      row_of("ground", {{"point", {0, 0, -0.005}}})},
                     {"--settle-time", "0"}),
             "");
@@ -127,6 +128,8 @@ TEST_F(SessionBody, WhatASessionCannotHaveIsARefusal) {
   };
   expect("--collide-scene", json::array(), {"--settle-time", "0", "--collide-scene"});
   expect("moves", json::array({row_of("collider", {{"region", ball}, {"angular_velocity", {0, 0, 1}}})}),
+         {"--settle-time", "0"});
+  expect("moves", json::array({row_of("collider", {{"region", ball}, {"velocity", {0, 0, 1}}})}),
          {"--settle-time", "0"});
   expect("container", json::array({row_of("collider", {{"region", room}, {"container", true}})}),
          {"--settle-time", "0"});

@@ -114,6 +114,8 @@ TEST(AdjointRollout, SixtySubstepsUnderATorqueAgreeWithDifferences) {
   it.vector = {0, 0, 5e-4};
   it.region = Region::all();
   c.interactions.push_back(it);
+  it.vector.setZero();  // what a torque would do
+  c.interactions.push_back(it);
   // It turns the block at all.
   Case free = c;
   free.interactions.clear();

@@ -35,6 +35,18 @@ struct Experiment {
     for (size_t i = 0; i < s.size(); ++i) sum += particles.mass[i] * s.v[i];
     return sum;
   }
+  /// About the centre of mass, the affine part of APIC included; a cell is 1 cm.
+  Vec3d angular(const State& s) const {
+    const Vec3d centre = this->centre(s);
+    Vec3d sum = Vec3d::Zero();
+    for (size_t i = 0; i < s.size(); ++i) {
+      const Mat3d& C = s.C[i];
+      const double inertia = 0.25 * particles.mass[i] * 1e-4;
+      sum += particles.mass[i] * (s.x[i] - centre).cross(s.v[i]) +
+             inertia * Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
+    }
+    return sum;
+  }
   Vec3d centre(const State& s, const Region& region = {}) const {
     Vec3d sum = Vec3d::Zero();
     double mass = 0;
@@ -267,17 +279,29 @@ TEST(Interaction, TorqueGivesAngularMomentumAndNoLinear) {
   Interaction twist = make(InteractionType::kTorque, Vec3d(0, 0, 2e-4), 0, 0.1);
   const auto result = run.go({twist});
   const State& end = run.states.back();
-  const Vec3d centre = run.centre(end);
-  Vec3d angular = Vec3d::Zero();
-  for (size_t i = 0; i < end.size(); ++i) {
-    const Mat3d& C = end.C[i];
-    const double inertia = 0.25 * run.particles.mass[i] * 1e-4;
-    angular += run.particles.mass[i] * (end.x[i] - centre).cross(end.v[i]) +
-               inertia * Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
-  }
+  const Vec3d angular = run.angular(end);
   EXPECT_LT((angular - 0.1 * twist.vector).norm(), 0.01 * angular.norm());
   EXPECT_LT(run.momentum(end).norm(), 1e-12);
   EXPECT_GT(angular.z(), 1e-5);
+}
+
+// About any axis, also one that the body does not turn about by itself.
+TEST(Interaction, TorqueTimesItsSecondsIsTheAngularMomentumThatItGives) {
+  for (const GridKind grid : {GridKind::kEulerian, GridKind::kLagrangian}) {
+    Experiment run;
+    run.particles = fixture::block<double>({0.06, 0.02, 0.02}, 0.01);
+    run.options.grid = grid;
+    run.options.duration = 0.2;
+    for (const bool part : {false, true}) {
+      Interaction twist = make(InteractionType::kTorque, Vec3d(2e-6, 2e-6, -1e-6), 0.0137, 0.1);
+      if (part) twist.region = Region::sphere(Vec3d(0.06, 0.01, 0.01), 0.03);
+      run.go({twist});
+      const Vec3d found = run.angular(run.states.back()), expected = 0.1 * twist.vector;
+      const double most = grid == GridKind::kEulerian ? 1e-6 : 0.01;
+      EXPECT_LT((found - expected).norm(), most * expected.norm()) << found.transpose() << (part ? ", of a part" : "");
+      EXPECT_LT(run.momentum(run.states.back()).norm(), 1e-12);
+    }
+  }
 }
 
 TEST(Interaction, WindPressesOnTheAreaThatFacesIt) {
@@ -317,6 +341,29 @@ TEST(Interaction, AFingerThatTouchesNothingIsReportedWithItsDistance) {
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_NE(warnings[0].find("0.15"), std::string::npos) << warnings[0];
   EXPECT_NE(warnings[1].find("touched nothing"), std::string::npos) << warnings[1];
+}
+
+TEST(Interaction, WhatBeginsAfterTheClipOrLastsNoTimeIsSaidOnce) {
+  Experiment run;
+  run.options.duration = 0.1;
+  Interaction late = make(InteractionType::kPointForce, Vec3d(1, 0, 0), 0.3), poke;
+  poke.type = InteractionType::kPoke;
+  poke.region = Region::sphere(Vec3d::Zero(), 0.01);
+  poke.path = {{0, Vec3d(0.02, 0.02, 0.07)}, {0.1, Vec3d(0.02, 0.02, 0.065)}};
+  poke.start = 2;
+  const auto summary = run.go({make(InteractionType::kGust, Vec3d(0.1, 0, 0)), late,
+                               make(InteractionType::kImpulse, Vec3d(1, 0, 0), 0.1), poke,
+                               make(InteractionType::kPointForce, Vec3d(1, 0, 0), 0.05, 0),
+                               make(InteractionType::kImpulse, Vec3d(1e-4, 0, 0), 0.099)})
+                           .summary;
+  const std::vector<std::string> expected = {
+      "interaction 1 (point_force) never acts: it starts at 0.3 s, and the clip ends at 0.1 s",
+      "interaction 2 (impulse) never acts: it starts at 0.1 s, and the clip ends at 0.1 s",
+      "interaction 3 (poke) never acts: it starts at 2 s, and the clip ends at 0.1 s",
+      "interaction 4 (point_force) never acts: it starts at 0.05 s and lasts 0 s"};
+  EXPECT_EQ(summary.warnings, expected);
+  for (const auto& frame : summary.impulse_of_frame)
+    for (const size_t k : {1, 2, 3, 4}) EXPECT_EQ(frame[k], Vec3d::Zero());
 }
 
 TEST(Region, SignedDistancesAreThoseOfTheShapes) {

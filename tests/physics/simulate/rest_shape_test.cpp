@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "gaussians/base/error.h"
+#include "physics/simulate/settle.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {
@@ -119,6 +120,56 @@ TEST(RestShape, AGivenMotionStartsFromTheSolvedShape) {
 TEST(RestShape, WithoutAPinIsAUsageError) {
   const auto particles = beam(6e4);
   EXPECT_THROW(solve_rest_shape<double>({}, particles, {}), Error);
+}
+
+TEST(RestShape, WhatBecomesUnstableOnTheWayIsSaidToBeTooSoft) {
+  const auto particles = beam(2.4e5);
+  RestShapeOptions options;
+  options.simulate.substeps = 1;  // of 100
+  options.simulate.max_retries = 0;
+  try {
+    solve_rest_shape<double>(options, particles, {wall()});
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure, Failure::kNumerical);
+    EXPECT_EQ(error.where, "rest shape");
+    EXPECT_NE(error.remedy.find("raise Young's modulus"), std::string::npos) << error.remedy;
+  }
+}
+
+TEST(Settle, AnObstacleThatWillMoveStandsWhereItIsAtTheStart) {
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01, 1.0, 5e4);
+  SimulateOptions options;
+  options.fps = 50;
+  options.duration = 0;
+  options.settle_time = 1;
+  Interaction plate, room, finger;
+  plate.type = room.type = InteractionType::kCollider;
+  plate.region = Region::box(Vec3d(-1, -1, -0.1), Vec3d(1, 1, 0));
+  plate.friction = room.friction = finger.friction = INFINITY;
+  room.region = Region::box(Vec3d(-0.1, -0.1, 0), Vec3d(0.2, 0.2, 0.5));
+  room.container = true;
+  finger.type = InteractionType::kPoke;
+  finger.region = Region::sphere(Vec3d::Zero(), 0.3);
+  finger.path = {{0, Vec3d(0.02, 0.02, -0.3)}, {1, Vec3d(0.02, 0.02, 1)}};
+  Interaction sliding = plate, turning = plate, following = plate;
+  sliding.vector = room.vector = Vec3d(0.5, 0, -2);
+  turning.angular_velocity = Vec3d(0, 4, 0);
+  // Its place at the start lies 5 cm lower than it is drawn.
+  following.region = Region::box(Vec3d(-1, -1, -0.05), Vec3d(1, 1, 0.05));
+  following.path = {{0, Vec3d(0, 0, -0.05)}, {1, Vec3d(0, 0, -1)}};
+  for (const Interaction& it : {sliding, turning, following, room, finger}) {
+    EXPECT_TRUE(moves(it));
+    const std::vector<Interaction> standing = resting_interactions({it});
+    ASSERT_EQ(standing.size(), 1u);
+    EXPECT_EQ(standing[0].path.size(), it.path.empty() ? 0u : 1u);
+    const SimulateSummary summary = simulate<double>(options, particles, {it}, initial_state(particles)).summary;
+    EXPECT_LT(summary.settle_displacement, 0.01) << interaction_name(it.type) << (it.container ? ", a room" : "");
+    Interaction later = it;
+    later.start = 0.1;
+    EXPECT_TRUE(resting_interactions({later}).empty());
+  }
+  EXPECT_FALSE(moves(plate));
 }
 
 TEST(Settle, ADroppedBodyEndsAtRestSoonAndSaysHowFarItFell) {

@@ -325,6 +325,7 @@ TEST(Simulate, AHopelessFrameIsANumericalFailureAfterTheLastGoodFrame) {
   } catch (const Error& error) {
     EXPECT_EQ(error.failure, Failure::kNumerical);
     EXPECT_NE(std::string(error.what()).find("frame 4"), std::string::npos) << error.what();
+    EXPECT_NE(error.remedy.find("raise Young's modulus"), std::string::npos) << error.remedy;
   }
   EXPECT_EQ(frames, 3);
 }

@@ -116,6 +116,25 @@ TEST_P(Weights, ABodyWithAWeightFallsLikeOneWithout) {
   EXPECT_NEAR(fallen, 0.5 * kGravity * 0.05 * 0.05, 0.01 * fallen);
 }
 
+// Whether the body's own gravity is cancelled or not.
+TEST_P(Weights, TheirImpulseIsTheirMassTimesGravityAndTime) {
+  Spring spring(GetParam());
+  spring.options.duration = 0.02;
+  Interaction gravity;
+  gravity.type = InteractionType::kGravity;
+  gravity.vector = Vec3d(0.5, 0, -20);
+  const Interaction weight = Spring::weight();
+  for (const std::vector<Interaction>& script : std::vector<std::vector<Interaction>>{
+           {weight}, {weight, spring.pin}, {weight, gravity}, {weight, spring.pin, gravity}}) {
+    const auto frames =
+        simulate<double>(spring.options, spring.particles, script, initial_state(spring.particles)).summary;
+    Vec3d given = Vec3d::Zero();
+    for (const auto& frame : frames.impulse_of_frame) given += frame[0];
+    const Vec3d& acting = script.back().type == InteractionType::kGravity ? gravity.vector : spring.options.gravity;
+    EXPECT_LT((given - 0.02 * kMass * acting).norm(), 1e-9) << script.size();
+  }
+}
+
 TEST(WeightShares, AddUpAndGoBackByTheirTranspose) {
   const auto body = fixture::block<double>({0.02, 0.02, 0.06}, 0.01, 0.0, 2e4, 0.0, 50);
   const std::vector<Interaction> script = {Spring::at_the_end(InteractionType::kPointForce), Spring::weight()};

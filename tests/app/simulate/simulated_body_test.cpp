@@ -1,0 +1,114 @@
+// What acts on an object by default: its floor, its damping, and which options it takes.
+
+#include "app/simulate/simulated_body.h"
+
+#include "tests/app/simulate/bar_run.h"
+
+namespace pliant {
+namespace {
+
+using nlohmann::json;
+
+/// A ground through a point [m], tilted by so many degrees.
+Interaction ground_at(const Vec3d& point, double degrees = 0, double start = 0) {
+  const double angle = degrees * 3.14159265358979324 / 180;
+  Interaction ground;
+  ground.type = InteractionType::kGround;
+  ground.region = Region::half_space(point, Vec3d(std::sin(angle), 0, std::cos(angle)));
+  ground.start = start;
+  return ground;
+}
+
+TEST(Floor, YieldsToAGroundThatIsAboutItsPlaneOrAboveFromTheStart) {
+  Scene scene;
+  scene.metres_per_unit = 0.5;
+  const json found = {{"height", 0.4},
+                      {"contact", {{"support", "table"}, {"point", {0.2, 0, 2}}, {"normal", {0, 0, 1}}}}};
+  const auto stays = [&](const std::vector<Interaction>& interactions) {
+    const auto floor = floor_of(found, interactions, scene);
+    EXPECT_EQ(floor ? floor->region.point : Vec3d(0.1, 0, 1), Vec3d(0.1, 0, 1));
+    return floor.has_value();
+  };
+  EXPECT_TRUE(stays({}));
+  EXPECT_FALSE(stays({ground_at({3, 3, 1})}));
+  EXPECT_FALSE(stays({ground_at({0, 0, 1.5})})) << "above";
+  EXPECT_FALSE(stays({ground_at({0, 0, 0.995})})) << "about there";
+  EXPECT_FALSE(stays({ground_at({0.1, 0, 1}, 25)})) << "a ramp";
+  EXPECT_TRUE(stays({ground_at({0.1, 0, 1}, 35)})) << "a steep ramp";
+  EXPECT_TRUE(stays({ground_at({1.1, 0, 0.8}, -25)})) << "a ramp that passes below";
+  EXPECT_TRUE(stays({ground_at({-9, 0, 0}, 90)})) << "a wall";
+  EXPECT_TRUE(stays({ground_at({0, 0, 0.9})})) << "far below";
+  EXPECT_TRUE(stays({ground_at({0, 0, 1}, 0, 0.5)})) << "later";
+  EXPECT_FALSE(stays({ground_at({-9, 0, 0}, 90), ground_at({0, 0, 1})}));
+  EXPECT_FALSE(floor_of({{"height", 0.4}}, {}, scene).has_value()) << "nothing was found";
+}
+
+class SimulatedBar : public BarRun {
+ protected:
+  /// Vertical speed [m/s] at the end of half a second of falling.
+  double fall(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--young", "1e5", "--duration", "0.5", "--settle-time", "0", "--interactions",
+                               script(json::array())});
+    EXPECT_EQ(simulate(words), 0);
+    float sum = 0;
+    const std::vector<Vec3f> velocity = motion().frames.back().velocity;
+    for (const Vec3f& v : velocity) sum += v.z();
+    return -sum / static_cast<float>(velocity.size());
+  }
+};
+
+TEST_F(SimulatedBar, FallsFreelyByDefaultAndDampedWhereThatIsAskedFor) {
+  constexpr double kGravity = 9.81, kSeconds = 0.5;
+  make(false);
+  EXPECT_NEAR(fall({}), kGravity * kSeconds, 1e-3);
+  EXPECT_EQ(summary()["damping_time_s"], 0);
+  const double limit = 0.5 * kGravity * 0.4;
+  EXPECT_NEAR(fall({"--damping-time", "0.4"}), limit * (1 - std::exp(-2 * kSeconds / 0.4)), 0.03);
+}
+
+TEST_F(SimulatedBar, IsDampedByDefaultWhereAPinHoldsItAtTheStart) {
+  const auto damping = [&](const json& rows) {
+    EXPECT_EQ(simulate({"--young", "1e5", "--duration", "0.05", "--settle-time", "0", "--interactions", script(rows)}),
+              0);
+    return summary()["damping_time_s"].get<double>();
+  };
+  make(true);
+  EXPECT_EQ(damping(json::array()), kDampingTime);
+  make(false);
+  json pin = {{"type", "pin"}, {"region", json::parse(kFoot)}, {"duration", 0.02}};
+  EXPECT_EQ(damping(json::array({pin})), kDampingTime);
+  pin["start"] = 0.02;
+  EXPECT_EQ(damping(json::array({pin})), 0);
+  pin = {{"type", "pin"}, {"region", {{"sphere", {9, 9, 9, 0.1}}}}};
+  EXPECT_EQ(damping(json::array({pin})), 0) << "holds nothing";
+}
+
+TEST_F(SimulatedBar, RefusesToSolveTheRestShapeOfWhatNothingHolds) {
+  make(false);
+  const auto code = [&](const json& rows) {
+    return simulate({"--young", "2e6", "--duration", "0.02", "--rest-shape", "solve", "--interactions", script(rows)});
+  };
+  EXPECT_EQ(code(json::array()), static_cast<int>(Failure::kUsage));
+  const json pin = {{"type", "pin"}, {"region", json::parse(kFoot)}};
+  EXPECT_EQ(code(json::array({pin})), 0);
+}
+
+TEST_F(SimulatedBar, SaysThatTheAutomaticPushComesTooLate) {
+  make(true);
+  std::filesystem::copy_file(folder_ / "scene.ply", object() / "object.ply");
+  const auto said = [&](const char* duration) {
+    testing::internal::CaptureStderr();
+    const int code = run_pliant({"simulate", run(), "--young", "1e6", "--poisson", "0.3", "--density", "500",
+                                 "--duration", duration, "--overwrite"});
+    const std::string out = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(code, 0) << out;
+    return out;
+  };
+  const std::string late = said("0.3");
+  EXPECT_NE(late.find("the clip ends before the push begins"), std::string::npos) << late;
+  EXPECT_NE(late.find("interaction 0 (point_force) never acts"), std::string::npos) << late;
+  EXPECT_EQ(said("0.4").find("push begins"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pliant
