@@ -46,7 +46,8 @@ void add_score(CLI::App& command, MotionScore& score) {
   add_interval(command, score);
   command
       .add_option("--free-from", score.free_from,
-                  "Time after which no force acts [s] (default: where the motion is largest)")
+                  "Time after which no force acts [s] (default: of trajectories the end of the loads in "
+                  "interactions.json, else where the motion is largest)")
       ->check(CLI::NonNegativeNumber)
       ->option_text("X");
 }

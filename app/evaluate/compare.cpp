@@ -17,7 +17,8 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-using Results = std::map<std::string, json>;  // by name: the path without extension
+using Runs = std::map<std::string, json>;     // by name; the run of SCENE.json has none
+using Results = std::map<std::string, Runs>;  // by scene
 
 Results read_results(const Method& method) {
   std::error_code ignored;
@@ -29,48 +30,89 @@ Results read_results(const Method& method) {
     json result = read_json(entry.path());
     if (!result.is_object())
       throw input_error(entry.path().string(), "", "is not a JSON object", "write it with `pliant evaluate ... --out`");
-    results[fs::relative(entry.path(), method.folder).replace_extension().generic_string()] = std::move(result);
+    const std::string name = fs::relative(entry.path(), method.folder).replace_extension().generic_string();
+    const size_t slash = name.find('/');
+    results[name.substr(0, slash)][slash == std::string::npos ? "" : name.substr(slash + 1)] = std::move(result);
   }
+  if (results.empty())
+    throw input_error(method.folder.string(), "", "has no JSON file", "write results with `evaluate ... --out`");
   return results;
 }
 
-std::string scene_of(const std::string& name) { return name.substr(0, name.find('/')); }
-
-/// The results that any method knows the metric of.
-std::vector<std::string> known_names(const Metric& metric, const std::vector<Results>& results,
-                                     const std::set<std::string>& all) {
-  std::vector<std::string> known;
-  for (const std::string& name : all)
-    for (const Results& own : results)
-      if (const auto found = own.find(name);
-          found != own.end() && metric_value(found->second, metric.key).is_number()) {
-        known.push_back(name);
-        break;
-      }
-  return known;
+/// A method that has none of the scenes of the first is a mistaken folder, not a method that failed everywhere.
+void check_common_scenes(const std::vector<Method>& methods, const std::vector<Results>& results) {
+  for (size_t m = 1; m < methods.size(); ++m) {
+    const auto has = [&](const auto& scene) { return results[m].count(scene.first) > 0; };
+    if (!std::any_of(results[0].begin(), results[0].end(), has))
+      throw input_error(methods[m].folder.string(), results[m].begin()->first,
+                        "is no scene of '" + methods[0].name + "', nor is any other in the folder",
+                        "give results of the same scenes, under the same names");
+  }
 }
 
-/// [method][result] values of a metric; NaN = failed.
-using Values = std::vector<std::vector<double>>;
+const Runs& runs_of(const Results& results, const std::string& scene) {
+  static const Runs none;
+  const auto found = results.find(scene);
+  return found == results.end() ? none : found->second;
+}
 
-Values values_of(const Metric& metric, const std::vector<Results>& results, const std::vector<std::string>& names) {
-  Values values(results.size());
-  for (size_t m = 0; m < results.size(); ++m)
-    for (const std::string& name : names) {
-      const auto found = results[m].find(name);
-      const json value = found == results[m].end() ? json() : metric_value(found->second, metric.key);
-      values[m].push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
+/// Values of a metric in the runs of one scene, by method; NaN = failed.  Empty when no method knows it there.
+std::vector<std::vector<double>> values_of(const Metric& metric, const std::vector<Results>& results,
+                                           const std::string& scene) {
+  std::set<std::string> known;  // runs
+  for (const Results& own : results)
+    for (const auto& [run, result] : runs_of(own, scene))
+      if (metric_value(result, metric.key).is_number()) known.insert(run);
+  if (known.empty()) return {};
+  std::vector<std::vector<double>> values;
+  for (const Results& own : results) {
+    const Runs& runs = runs_of(own, scene);
+    // Who has SCENE.json alone has one result, whatever runs others have; who has runs lacks those that others have.
+    std::set<std::string> wanted = known;
+    if (runs.count("") && runs.size() == 1)
+      wanted = {""};
+    else if (!runs.count("") && known.size() > 1)
+      wanted.erase("");
+    values.emplace_back();
+    for (const std::string& run : wanted) {
+      const auto found = runs.find(run);
+      const json value = found == runs.end() ? json() : metric_value(found->second, metric.key);
+      values.back().push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
     }
+  }
   return values;
 }
 
-/// What a failure counts as.
-double worst_of(const Metric& metric, const Values& values) {
-  double worst = metric.failure;
-  for (const auto& row : values)
-    for (const double v : row)
-      if (!std::isnan(v)) worst = metric.higher_is_better ? std::min(worst, v) : std::max(worst, v);
-  return worst;
+/// What all methods reach in a metric.
+struct Reached {
+  std::vector<std::vector<double>> value;  ///< [method][scene]: mean over its runs
+  std::vector<int> failures, results;      ///< [method]
+  double worst = 0;                        ///< what a failure counts as
+};
+
+Reached reached_by(const Metric& metric, const std::vector<Results>& results, const std::set<std::string>& scenes) {
+  std::vector<std::vector<std::vector<double>>> runs;  // [scene][method][run]
+  Reached out{std::vector<std::vector<double>>(results.size()), std::vector<int>(results.size()),
+              std::vector<int>(results.size()), metric.failure};
+  for (const std::string& scene : scenes) {
+    std::vector<std::vector<double>> values = values_of(metric, results, scene);
+    if (values.empty()) continue;
+    for (const auto& own : values)
+      for (const double v : own)
+        if (!std::isnan(v)) out.worst = metric.higher_is_better ? std::min(out.worst, v) : std::max(out.worst, v);
+    runs.push_back(std::move(values));
+  }
+  for (const auto& scene : runs)
+    for (size_t m = 0; m < results.size(); ++m) {
+      double sum = 0;
+      for (const double v : scene[m]) {
+        out.failures[m] += std::isnan(v);
+        sum += std::isnan(v) ? out.worst : v;
+      }
+      out.results[m] += static_cast<int>(scene[m].size());
+      out.value[m].push_back(sum / static_cast<double>(scene[m].size()));
+    }
+  return out;
 }
 
 /// Scenes in which the first is better, worse and equal.
@@ -78,12 +120,14 @@ struct Record {
   int wins = 0, losses = 0, ties = 0;
 };
 
-Record record_of(const Metric& metric, const std::vector<double>& ours, const std::vector<double>& theirs,
-                 const std::vector<int>& scene) {
-  std::map<int, double> gain;
-  for (size_t i = 0; i < ours.size(); ++i) gain[scene[i]] += (metric.higher_is_better ? 1 : -1) * (ours[i] - theirs[i]);
+Record record_of(const Metric& metric, const std::vector<double>& ours, const std::vector<double>& theirs) {
   Record record;
-  for (const auto& [number, sum] : gain) ++(sum > 0 ? record.wins : sum < 0 ? record.losses : record.ties);
+  for (size_t i = 0; i < ours.size(); ++i) {
+    const double gain = (metric.higher_is_better ? 1 : -1) * (ours[i] - theirs[i]);
+    // Means over different numbers of equal runs differ by rounding.
+    const bool equal = std::abs(gain) <= 1e-12 * std::max(std::abs(ours[i]), std::abs(theirs[i]));
+    ++(equal ? record.ties : gain > 0 ? record.wins : record.losses);
+  }
   return record;
 }
 
@@ -92,8 +136,10 @@ std::vector<Metric> wanted_metrics(const CompareOptions& options, const Results&
   for (const std::string& text : options.metrics) wanted.push_back(metric_named(text, "--metric"));
   if (!wanted.empty()) return wanted;
   for (const Metric& metric : metric_table()) {
-    const auto has = [&](const auto& item) { return metric_value(item.second, metric.key).is_number(); };
-    if (std::any_of(ours.begin(), ours.end(), has)) wanted.push_back(metric);
+    const auto has = [&](const auto& run) { return metric_value(run.second, metric.key).is_number(); };
+    if (std::any_of(ours.begin(), ours.end(),
+                    [&](const auto& scene) { return std::any_of(scene.second.begin(), scene.second.end(), has); }))
+      wanted.push_back(metric);
   }
   return wanted;
 }
@@ -103,16 +149,16 @@ std::vector<Metric> wanted_metrics(const CompareOptions& options, const Results&
 json compare_methods(const std::vector<Method>& methods, const CompareOptions& options) {
   CHECK(methods.size() >= 2);
   std::vector<Results> results;
-  std::set<std::string> all, scenes;
+  std::set<std::string> scenes;
+  std::set<std::pair<std::string, std::string>> all;  // scene and run
   for (const Method& method : methods) {
     results.push_back(read_results(method));
-    for (const auto& [name, result] : results.back()) {
-      all.insert(name);
-      scenes.insert(scene_of(name));
+    for (const auto& [scene, runs] : results.back()) {
+      scenes.insert(scene);
+      for (const auto& [run, result] : runs) all.insert({scene, run});
     }
   }
-  if (results[0].empty())
-    throw input_error(methods[0].folder.string(), "", "has no JSON file", "write results with `evaluate ... --out`");
+  check_common_scenes(methods, results);
   const std::vector<Metric> metrics = wanted_metrics(options, results[0]);
   if (metrics.empty())
     throw input_error(methods[0].folder.string(), "", "has no metric of evaluate", "name one as KEY:higher or :lower");
@@ -127,35 +173,23 @@ json compare_methods(const std::vector<Method>& methods, const CompareOptions& o
               {"differences", json::array()}};
   for (const Method& method : methods) out["methods"].push_back(method.name);
   for (const Metric& metric : metrics) {
-    const std::vector<std::string> names = known_names(metric, results, all);
-    if (names.empty())
+    const Reached reached = reached_by(metric, results, scenes);
+    if (reached.value[0].empty())
       throw input_error(methods[0].folder.string(), metric.key, "is in no result of any method",
                         "choose another --metric");
-    std::vector<std::string> scene_names;
-    for (const std::string& name : names) scene_names.push_back(scene_of(name));
-    const std::vector<int> scene = cluster_numbers(scene_names);
-    Values values = values_of(metric, results, names);
-    const double worst = worst_of(metric, values);
-    std::vector<int> failures;
-    for (auto& row : values) {
-      failures.push_back(
-          static_cast<int>(std::count_if(row.begin(), row.end(), [](double v) { return std::isnan(v); })));
-      for (double& v : row)
-        if (std::isnan(v)) v = worst;
-    }
     for (size_t m = 0; m < methods.size(); ++m) {
-      const MeanEstimate mean = bootstrap_mean(options.bootstrap, values[m], scene);
+      const MeanEstimate mean = bootstrap_mean(options.bootstrap, reached.value[m]);
       out["means"].push_back({{"metric", metric.key},
                               {"method", methods[m].name},
                               {"mean", mean.mean},
                               {"low", number_or_null(mean.interval.low)},
                               {"high", number_or_null(mean.interval.high)},
-                              {"failures", failures[m]},
-                              {"results", names.size()},
-                              {"failure_counts_as", worst}});
+                              {"failures", reached.failures[m]},
+                              {"results", reached.results[m]},
+                              {"failure_counts_as", reached.worst}});
       if (m == 0) continue;
-      const MeanEstimate difference = bootstrap_difference(options.bootstrap, values[0], values[m], scene);
-      const Record record = record_of(metric, values[0], values[m], scene);
+      const MeanEstimate difference = bootstrap_difference(options.bootstrap, reached.value[0], reached.value[m]);
+      const Record record = record_of(metric, reached.value[0], reached.value[m]);
       const int decided = record.wins + record.losses;
       const double sign = metric.higher_is_better ? 1 : -1;
       const bool ours = sign * difference.interval.low > 0 && sign * difference.interval.high > 0,

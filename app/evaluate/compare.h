@@ -22,13 +22,15 @@ struct CompareOptions {
   BootstrapOptions bootstrap;
 };
 
-/// The first method against each other one.  Results are paired by their names; runs of a scene are a cluster.  A
-/// result that a method lacks, or in which the metric is unknown, is its failure: it counts as the worst value that
-/// any method reached, and at least as Metric::failure; results that no method has are unknown and do not count.
-///   means: a row for each metric and method: mean, low, high, failures, results
+/// The first method against each other one, scene by scene: a scene counts once, by the mean over its runs, and a
+/// method may have one result where another has runs.  A scene that a method lacks, a run that it lacks beside its
+/// others, or a result in which the metric is unknown, is its failure: it counts as the worst value that any method
+/// reached, and at least as Metric::failure; results that no method has are unknown and do not count.
+///   means: a row for each metric and method: mean over scenes, low, high, failures, results
 ///   differences: a row for each metric and other method: difference = first - other, low, high, wins, losses, ties
-///   of the first method by scene (mean over runs), p_sign of the two-sided sign test, and verdict: the name of the
-///   method that the interval favours, or "undecided".
+///   of the first method by scene, p_sign of the two-sided sign test, and verdict: the name of the method that the
+///   interval favours, or "undecided".
+/// A folder without results, or with none of a scene of the first method, is an Error{kInput}.
 nlohmann::json compare_methods(const std::vector<Method>& methods, const CompareOptions& options);
 
 std::vector<TextTable> compare_tables(const nlohmann::json& comparison);

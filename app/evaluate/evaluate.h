@@ -9,9 +9,9 @@
 namespace pliant {
 
 /// PSNR [dB], SSIM and MS-SSIM of two folders of pictures (or two pictures), paired by name without extension: mean,
-/// median and standard deviation over the pictures, and each of them.  The PSNR of identical pictures is null, as is
-/// the MS-SSIM of those smaller than 176 x 176 pixels; averages leave them out.  Missing, extra or differently sized
-/// pictures are an Error{kInput}.
+/// median and standard deviation over the pictures, and each of them.  The PSNR of identical pictures counts as
+/// kPsnrOfIdentical.  The MS-SSIM of pictures smaller than 176 x 176 pixels is null, and averages leave it out.
+/// Missing, extra or differently sized pictures are an Error{kInput}.
 nlohmann::json evaluate_images(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 struct SegmentationScore {
@@ -53,18 +53,19 @@ struct ClipPart {
 };
 
 struct MotionScore : ClipPart {
-  double free_from =
-      -1;  ///< s from the begin of that part, from which on nothing pushes; negative = where the motion is largest
+  double free_from = -1;  ///< s from the begin of that part, from which on nothing pushes; negative = of trajectories
+                          ///< the last change of loads, where it is known, else where the motion is largest
 };
 
 /// Two videos (or folders of frames), or two trajectory.h5.  Points of what moves are followed; the first principal
 /// component of their displacements is the motion's course, to which a damped oscillation is fitted where it is free:
 /// frequency_hz, decay_per_s and damping_time_s (amplitude falls as exp(-t / it)), log_decrement (per period), the
 /// share of the course that it explains; amplitude_px (amplitude_m): half the way from end to end of what moves
-/// most. Errors of frequency, damping (decay) and amplitude are relative.  Of videos also the flow from frame to frame:
-/// flow_error_px = mean endpoint error over pixels that move in either, flow_error relative to the truth's flow.  The
-/// prediction is brought to the truth's frame rate and size.  A truth in which nothing moves is an Error{kInput}; a
-/// prediction without motion has null frequency.
+/// most. Errors of frequency, damping (decay) and amplitude are relative.  free_from_s, free_from_by: where the motion
+/// is taken to be free, and what says so: --free-from; interactions.json, the later change of the two trajectories
+/// (last_load.h); or "largest motion".  Of videos also the flow and the delay of the prediction (flow_comparison.h).
+/// The prediction is brought to the truth's size; each is followed at its own frame rate.  A truth in which nothing
+/// moves is an Error{kInput}; a prediction without motion has null frequency.
 nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                const MotionScore& score = {});
 
@@ -90,7 +91,7 @@ nlohmann::json evaluate_material(const std::filesystem::path& prediction, const 
 /// once of the photo and once of the background's picture with only the unknown left to fill; gain_over_opencv: their
 /// difference.  consistency_psnr: those pixels carried by depth into every other view against what is there.
 /// seen_elsewhere_psnr: pixels that the object hides in one view only.  outside.psnr: pixels farther than 2 from the
-/// object, repaired against not repaired (null and outside.identical when equal).
+/// object, repaired against not repaired (outside.identical when equal).  A run of another scene is an Error{kInput}.
 nlohmann::json evaluate_repair(const std::filesystem::path& run, const std::filesystem::path& scene);
 
 /// Checks conditions like "psnr>=30" (operators >= <= > < ==; keys of nested objects are joined by a dot) and returns

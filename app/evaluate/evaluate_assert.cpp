@@ -28,15 +28,6 @@ std::string trimmed(const std::string& text) {
   return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
 }
 
-/// The value that a null stands for: the PSNR of identical pictures is infinite, everything else is unknown.
-double value_of_null(const json& metrics, const std::string& key) {
-  const size_t dot = key.rfind('.');
-  const json* owner = dot == std::string::npos ? &metrics : find_value(metrics, key.substr(0, dot));
-  const std::string leaf = dot == std::string::npos ? key : key.substr(dot + 1);
-  const bool identical = owner && owner->is_object() && owner->value("identical", false);
-  return identical && (leaf == "psnr" || leaf == "psnr_median") ? INFINITY : NAN;
-}
-
 }  // namespace
 
 std::vector<std::string> assert_metrics(const json& metrics, const std::vector<std::string>& conditions) {
@@ -61,7 +52,7 @@ std::vector<std::string> assert_metrics(const json& metrics, const std::vector<s
       throw usage_error("--assert", key, "is not a metric of this evaluation",
                         "did you mean '" + nearest_name(key, keys) + "'?");
     }
-    const double value = found->is_null() ? value_of_null(metrics, key) : found->get<double>();
+    const double value = found->is_null() ? NAN : found->get<double>();
     bool holds = false;
     if (operation == ">=")
       holds = value >= bound;

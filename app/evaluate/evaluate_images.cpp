@@ -54,7 +54,7 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
                {{"range", "8-bit values / 255"},
                 {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the image"},
                 {"ms_ssim", "5 scales, exponents of Wang et al. 2003; null below 176 x 176 pixels"},
-                {"psnr", "of the mean squared error over R, G and B"}}}};
+                {"psnr", "of the mean squared error over R, G and B; at most 100 dB, as of identical pictures"}}}};
   std::vector<double> psnr, ssim, multi_scale, error;
   int identical = 0;
   for (const auto& [name, file] : theirs) {
@@ -69,15 +69,11 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
       throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger image");
     const double mse = mse_loss(a, b);
     json row = {{"identical", mse == 0}};
+    identical += mse == 0;
     ssim.push_back(pliant::ssim(a, b, {}, SsimWindows::kInside));
     error.push_back(mse);
-    if (mse > 0) {
-      psnr.push_back(psnr_of_mse(mse));
-      row["psnr"] = psnr.back();
-    } else {
-      ++identical;
-      row["psnr"] = nullptr;
-    }
+    psnr.push_back(capped_psnr(mse));
+    row["psnr"] = psnr.back();
     row["ssim"] = ssim.back();
     row["ms_ssim"] = nullptr;
     if (std::min(a.width, a.height) >= kLeastMsSsimSize) {

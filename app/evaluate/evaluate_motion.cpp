@@ -3,6 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/evaluate/clip.h"
+#include "app/evaluate/evaluate.h"
+#include "app/evaluate/flow_comparison.h"
+#include "app/evaluate/last_load.h"
 #include "app/evaluate/vibration.h"
 #include "app/store/trajectory.h"
 #include "fitting/observe/track_pixels.h"
@@ -18,6 +21,7 @@ namespace {
 
 constexpr double kLeastMotion = 0.3;           // px, below which a video shows nothing that moves
 constexpr int kMostPoints = 120, kRadius = 8;  // points that are followed, and px of their patches
+constexpr size_t kLeastFree = 8;               // frames that a fit of an oscillation needs
 
 bool is_trajectory(const fs::path& path) {
   std::error_code ignored;
@@ -97,14 +101,19 @@ PointMotion follow(const ReferenceVideo& video, const ImageU8& region) {
   return motion;
 }
 
-/// Displacements of the particles of a trajectory from its first frame, scene units.
-PointMotion particles_of(const fs::path& path) {
+/// Displacements of the particles of a trajectory from its first frame in m, and from when on [s from there] nothing
+/// pushes it, where that is known and leaves enough of it.
+PointMotion particles_of(const fs::path& path, std::optional<double>& free_from) {
   std::error_code ignored;
   const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
   const TrajectoryFile t = read_trajectory(file);
   if (t.frames.size() < 2 || t.frames[0].position.empty())
     throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particles",
                       "give a simulated trajectory");
+  const std::optional<double> last = last_load_change(file, t.frames.back().time);
+  const auto is_free = [&](const TrajectoryFile::Frame& frame) { return frame.time >= *last; };
+  if (last && static_cast<size_t>(std::count_if(t.frames.begin(), t.frames.end(), is_free)) >= kLeastFree)
+    free_from = std::max(0.0, *last - t.frames.front().time);
   PointMotion motion;
   motion.dims = 3;
   motion.rate = static_cast<double>(t.frames.size() - 1) / (t.frames.back().time - t.frames.front().time);
@@ -122,7 +131,8 @@ PointMotion particles_of(const fs::path& path) {
 json to_json(const PointMotion& motion, const Vibration& v, const char* unit) {
   const DampedOscillation& o = v.oscillation;
   const bool found = o.frequency > 0;
-  json out = {{"frames", motion.frames()},
+  json out = {{"fps", motion.rate},
+              {"frames", motion.frames()},
               {"points", motion.points()},
               {std::string("amplitude_") + unit, v.amplitude},
               {"first_component_share", v.share}};
@@ -141,29 +151,6 @@ json relative_error(const json& a, const json& b) {
   return std::abs(a.get<double>() / b.get<double>() - 1);
 }
 
-/// Distance between the flows from frame to frame over the pixels that move in the truth, which are grown by the motion
-/// itself.
-void compare_flow(json& out, const ReferenceVideo& ours, const ReferenceVideo& truth) {
-  const int frames = static_cast<int>(std::min(ours.frames.size(), truth.frames.size()));
-  std::vector<std::pair<int, int>> pairs;
-  for (int f = 0; f + 1 < frames; ++f) pairs.push_back({f, f + 1});
-  const std::vector<ImageF> a = dense_flows(ours.frames, pairs, FlowQuality::kQuick),
-                            b = dense_flows(truth.frames, pairs, FlowQuality::kQuick);
-  double error = 0, magnitude = 0, pixels = 0;
-  for (size_t f = 0; f < a.size(); ++f)
-    for (int y = 0; y < a[f].height; ++y)
-      for (int x = 0; x < a[f].width; ++x) {
-        const Eigen::Vector2d p(a[f](x, y, 0), a[f](x, y, 1)), t(b[f](x, y, 0), b[f](x, y, 1));
-        if (std::max(p.norm(), t.norm()) < 0.25) continue;
-        error += (p - t).norm();
-        magnitude += t.norm();
-        ++pixels;
-      }
-  out["flow_error_px"] = pixels > 0 ? json(error / pixels) : json(nullptr);
-  out["flow_in_truth_px"] = pixels > 0 ? json(magnitude / pixels) : json(nullptr);
-  out["flow_error"] = magnitude > 0 ? json(error / magnitude) : json(nullptr);
-}
-
 }  // namespace
 
 json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, const MotionScore& score) {
@@ -173,6 +160,7 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
                       "compare two videos or two trajectory.h5");
   json out = {{"kind", "motion"}};
   PointMotion ours, truth;
+  std::optional<double> our_release, true_release;
   if (particles) {
     const auto refuse = [&](const char* option, double value, double usual) {
       if (value != usual)
@@ -182,20 +170,30 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     refuse("--fps", score.fps, MotionScore().fps);
     refuse("--from", score.from, MotionScore().from);
     refuse("--until", score.until, MotionScore().until);
-    ours = particles_of(prediction);
-    truth = particles_of(truth_path);
+    ours = particles_of(prediction, our_release);
+    truth = particles_of(truth_path, true_release);
   } else {
+    // Each at its own rate: what moves fast is doubled in frames that are blends of two, and lost to tracking.
     const ReferenceVideo true_video = read_clip(truth_path, score, 0, {});
-    const ReferenceVideo video = read_clip(prediction, score, true_video.fps, true_video.camera);
+    const ReferenceVideo video = read_clip(prediction, score, 0, true_video.camera);
     truth = follow(true_video, moving_region(true_video));
     ours = follow(video, moving_region(video));
     out["fps"] = true_video.fps;
-    compare_flow(out, video, true_video);
+    out.update(compare_flow(video, true_video));
   }
   const char* unit = particles ? "m" : "px";
   if (truth.points() == 0)
     throw input_error(truth_path.string(), "", "shows no motion", "check the file and the compared interval");
-  int first = score.free_from >= 0 ? static_cast<int>(std::lround(score.free_from * truth.rate)) : -1;
+  int first = -1;
+  out["free_from_by"] = "largest motion";
+  if (score.free_from >= 0) {
+    first = static_cast<int>(std::lround(score.free_from * truth.rate));
+    out["free_from_by"] = "--free-from";
+  } else if (our_release || true_release) {
+    const double release = std::max(our_release.value_or(0), true_release.value_or(0));
+    first = static_cast<int>(std::ceil(release * truth.rate - 1e-6));
+    out["free_from_by"] = "interactions.json";
+  }
   const Vibration true_vibration = describe_vibration(truth, first);
   if (particles ? !(true_vibration.amplitude > 0) : true_vibration.amplitude < kLeastMotion)
     throw input_error(truth_path.string(), "", "shows no motion", "check the file and the compared interval");

@@ -8,9 +8,10 @@
 #include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
-#include "gaussians/render/image_loss.h"
 #include "gaussians/render/render.h"
 
 namespace fs = std::filesystem;
@@ -35,10 +36,8 @@ struct SquaredError {
     sum += other.sum;
     count += other.count;
   }
-  /// Null without pixels and without error.
-  json psnr() const {
-    return count == 0 || sum == 0 ? json(nullptr) : json(psnr_of_mse(sum / static_cast<double>(count)));
-  }
+  /// Null without pixels.
+  json psnr() const { return count == 0 ? json(nullptr) : json(capped_psnr(sum / static_cast<double>(count))); }
 };
 
 /// One view of everything that is compared.
@@ -124,6 +123,24 @@ void compare_views(const HiddenView& from, const HiddenView& to, SquaredError& r
     }
 }
 
+/// Refuses a run of another scene than this one or a copy of it, which has the same photos.  Unknown where run.json is
+/// missing or names a scene that is no longer there.
+void check_scene_of(const fs::path& run, const fs::path& scene) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(run / "run.json", ignored)) return;
+  const json manifest = read_json(run / "run.json");
+  const json* recorded = find_value(manifest, "scene.source");
+  if (!recorded || !recorded->is_string()) return;
+  fs::path source = recorded->get<std::string>();
+  if (fs::is_regular_file(source, ignored)) source = source.parent_path();
+  if (!fs::is_directory(source, ignored) || fs::equivalent(source, scene, ignored)) return;
+  const fs::path photo = pictures_of(scene / "photos").begin()->second, other = source / "photos" / photo.filename();
+  if (fs::is_regular_file(other, ignored) && read_text(other) == read_text(photo)) return;
+  throw input_error((run / "run.json").string(), "scene.source",
+                    "is " + source.string() + ", which is not the scene " + scene.string(),
+                    "give the scene that the run was made from");
+}
+
 std::vector<HiddenView> read_views(const fs::path& run, const fs::path& scene) {
   const fs::path truth = scene / "truth";
   for (const char* folder : {"without_object", "hidden"}) {
@@ -132,6 +149,7 @@ std::vector<HiddenView> read_views(const fs::path& run, const fs::path& scene) {
       throw input_error(scene.string(), std::string("truth/") + folder, "does not exist",
                         "give a scene made by `pliant demo`");
   }
+  check_scene_of(run, scene);
   ReadReport report;
   const GaussianCloud before = read_ply(run / "background.ply", &report);
   const GaussianCloud after = read_ply(run / "background_repaired.ply");
@@ -198,9 +216,7 @@ json evaluate_repair(const fs::path& run, const fs::path& scene) {
     if (alone[k].sum < alone[best].sum) best = k;
     opencv[kBaselines[k]] = {{"psnr", alone[k].psnr()}, {"consistency_psnr", alone_consistent[k].psnr()}};
   }
-  const auto gain = [](const SquaredError& a, const SquaredError& b) {
-    return a.sum > 0 && b.sum > 0 ? json(10 * std::log10(b.sum / a.sum)) : json(nullptr);
-  };
+  const double gain = never.psnr().get<double>() - alone[best].psnr().get<double>();
   return {{"kind", "repair"},
           {"views", views.size()},
           {"pixels", never.count / 3},
@@ -209,7 +225,7 @@ json evaluate_repair(const fs::path& run, const fs::path& scene) {
           {"opencv", std::move(opencv)},
           {"opencv_best", kBaselines[best]},
           {"psnr_opencv", alone[best].psnr()},
-          {"gain_over_opencv", gain(never, alone[best])},
+          {"gain_over_opencv", gain},
           {"consistency_pixels", consistent.count / 3},
           {"consistency_psnr", consistent.psnr()},
           {"consistency_psnr_opencv", alone_consistent[best].psnr()},

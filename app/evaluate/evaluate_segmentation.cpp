@@ -18,6 +18,8 @@ namespace pliant {
 namespace {
 
 constexpr uint32_t kUnmatched = UINT32_MAX;  // a predicted id whose name the truth does not know
+constexpr size_t kMostIds = 255;             // more of them are a photo's colours, where the truth knows less than
+constexpr double kLeastKnown = 0.01;         // this of the labelled pixels that have one
 using Names = std::map<uint32_t, std::string>;
 using Overlaps = std::map<uint32_t, OverlapCount>;
 
@@ -146,6 +148,24 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth, const Se
   return out;
 }
 
+/// Refuses photos in place of ID masks: their colours are read as more IDs than masks have objects, and hardly any of
+/// them is one that the truth knows.
+void refuse_photos(const fs::path& folder, size_t predicted_ids, const Overlaps& overlap, double correct,
+                   double labelled, const std::set<uint32_t>& true_ids) {
+  double all = 0, unknown = 0;
+  for (const auto& [id, o] : overlap) {
+    all += static_cast<double>(o.either);
+    if (!true_ids.count(id)) unknown += static_cast<double>(o.either);
+  }
+  // A labelled pixel counts for its true id, and once more for another one that is predicted there.
+  const double predicted = all - labelled + correct;
+  if (predicted_ids > kMostIds && unknown > (1 - kLeastKnown) * predicted)
+    throw input_error(folder.string(), "",
+                      "has more than " + std::to_string(kMostIds) +
+                          " IDs, and those of the truth are not among them: these look like photos, not ID masks",
+                      "give the folder of ID masks, or --match overlap for IDs without a meaning");
+}
+
 using Pictures = decltype(pictures_of(fs::path()));
 
 /// The predicted picture of that name and size, all 0 when there is none.
@@ -182,7 +202,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
                      : score.match == "auto"  ? match_names(names_of_folder(prediction), names)
                                               : std::map<uint32_t, uint32_t>();
   Overlaps overlap, edges;
-  std::set<uint32_t> all;
+  std::set<uint32_t> all, predicted;
   double correct = 0, labelled = 0;
   json missing = json::array(), per_view = json::object();
   for (const auto& [name, file] : theirs) {
@@ -190,6 +210,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
     if (!ours.count(name) && score.common) continue;
     const IdImage b = read_ids(file);
     IdImage a = read_like(ours, name, b);
+    for (size_t i = 0; i < a.data.size() && predicted.size() <= kMostIds; ++i) predicted.insert(a.data[i]);
     for (uint32_t& id : a.data) id = matched(match, id);
     Overlaps here;
     double right = 0, here_labelled = 0;
@@ -212,6 +233,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
                       "name the images like the photos");
   }
   if (all.empty()) throw input_error(truth.string(), "", "labels no object", "give a folder with ids above 0");
+  refuse_photos(prediction, predicted.size(), overlap, correct, labelled, all);
   json extra = json::array();
   for (const auto& [name, file] : ours) {
     if (!theirs.count(name)) extra.push_back(name);

@@ -51,6 +51,14 @@ Metric metric_named(const std::string& text, const std::string& option) {
   }
   if (const size_t colon = text.rfind(':'); colon != std::string::npos && colon > 0) {
     const std::string key = text.substr(0, colon), direction = text.substr(colon + 1);
+    for (const Metric& metric : metric_table()) {
+      const std::string better = metric.higher_is_better ? "higher" : "lower";
+      if (metric.key != key || (direction != "higher" && direction != "lower")) continue;
+      if (direction == better) return metric;
+      throw usage_error("evaluate", option,
+                        "is '" + text + "', but " + metric.title + " is better when it is " + better,
+                        "write '" + key + "'");
+    }
     if (direction == "higher" || direction == "lower") return {key, key, "", direction == "higher", 0};
   }
   throw usage_error("evaluate", option, "is '" + text + "', which is not a metric of evaluate",

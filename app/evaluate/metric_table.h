@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "app/evaluate/metrics.h"
+
 namespace pliant {
 
 /// A number that `evaluate` reports, and how to read it.
@@ -18,12 +20,12 @@ struct Metric {
 /// Every metric by which results are compared.
 const std::vector<Metric>& metric_table();
 
-/// A metric of the table by its key, or any other as KEY:higher or KEY:lower.  Throws Error{kUsage} for `option`.
+/// A metric of the table by its key, or any other as KEY:higher or KEY:lower.  Throws Error{kUsage} for `option`, also
+/// for the wrong direction of a metric of the table.
 Metric metric_named(const std::string& text, const std::string& option);
 
-/// The value of a key in a result, or null where the result lacks it.  The PSNR of identical pictures, which is
-/// infinite, counts as kPsnrOfIdentical.
-constexpr double kPsnrOfIdentical = 100;  // dB
+/// The value of a key in a result, or null where the result lacks it.  A PSNR that is null because the pictures are
+/// identical counts as kPsnrOfIdentical.
 nlohmann::json metric_value(const nlohmann::json& result, const std::string& key);
 
 }  // namespace pliant

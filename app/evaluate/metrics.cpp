@@ -7,6 +7,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_files.h"
+#include "gaussians/render/image_loss.h"
 
 namespace fs = std::filesystem;
 
@@ -51,6 +52,8 @@ void add_statistics(nlohmann::json& out, const std::string& name, const std::vec
   out[name + "_median"] = median(values);
   out[name + "_std"] = std::sqrt(variance);
 }
+
+double capped_psnr(double mse) { return std::min(psnr_of_mse(mse), kPsnrOfIdentical); }
 
 const nlohmann::json* find_value(const nlohmann::json& object, const std::string& key) {
   if (const auto whole = object.find(key); whole != object.end()) return &*whole;

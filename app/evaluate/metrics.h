@@ -12,6 +12,11 @@ namespace pliant {
 void add_statistics(nlohmann::json& out, const std::string& name, const std::vector<double>& values);
 double median(std::vector<double> values);
 
+/// PSNR [dB] of a mean squared error of values in [0, 1], at most that of identical pictures, which is infinite and
+/// counts as kPsnrOfIdentical.
+constexpr double kPsnrOfIdentical = 100;
+double capped_psnr(double mse);
+
 /// The value of a key, in which the keys of nested objects are joined by a dot; null where there is none.
 const nlohmann::json* find_value(const nlohmann::json& object, const std::string& key);
 

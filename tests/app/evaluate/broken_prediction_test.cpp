@@ -65,13 +65,17 @@ TEST_F(BrokenFilm, FrozenFramesHaveNoFrequencyAndAllTheErrorOfAmplitudeAndFlow) 
   EXPECT_TRUE(found["frequency_error"].is_null());
   EXPECT_NEAR(found["amplitude_error"].get<double>(), 1, 0.05);
   EXPECT_NEAR(found["flow_error"].get<double>(), 1, 0.1);
+  EXPECT_EQ(found["delay_s"], 0);
   EXPECT_GT(slice_of(folder_ / "frozen"), 0.02);
 }
 
 TEST_F(BrokenFilm, ShiftedFramesLeaveTheFrequencyAndMoveFlowAndSlices) {
   const json right = motion_of(truth_), found = motion_of(write_film(folder_ / "late", 3));
   EXPECT_EQ(right["flow_error"], 0);
+  EXPECT_EQ(right["delay_s"], 0);
   EXPECT_GT(found["flow_error"].get<double>(), 0.4);
+  EXPECT_NEAR(found["delay_s"].get<double>(), 0.1, 1e-9);
+  EXPECT_LT(found["flow_error_without_delay"].get<double>(), 0.05);
   EXPECT_LT(found["frequency_error"].get<double>(), 0.06);
   EXPECT_EQ(slice_of(truth_), 0);
   EXPECT_GT(slice_of(folder_ / "late"), 0.02);

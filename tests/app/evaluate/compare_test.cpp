@@ -113,6 +113,43 @@ TEST_F(Compare, RunsOfASceneAreOneCluster) {
   EXPECT_GE(row["high"].get<double>(), 2.9);
 }
 
+TEST_F(Compare, OneResultOfASceneIsComparedWithTheMeanOverTheRunsOfAnother) {
+  write("ours", "a/1", {{"psnr", 30}});
+  write("ours", "a/2", {{"psnr", 34}});
+  write("ours", "b", {{"psnr", 20}});
+  write("theirs", "a", {{"psnr", 31}});
+  write("theirs", "b", {{"psnr", 20}});
+  const json found = compare({"ours", "theirs"});
+  for (const char* method : {"ours", "theirs"})
+    EXPECT_EQ(row_of(found["means"], "method", method, "psnr")["failures"], 0) << method;
+  const json& row = found["differences"][0];
+  EXPECT_NEAR(row["difference"].get<double>(), (32 - 31 + 0) / 2.0, 1e-12);
+  EXPECT_EQ(row["wins"], 1);
+  EXPECT_EQ(row["ties"], 1);
+  // Who has runs lacks those that others have, and who lacks the scene lacks all of them.
+  write("few", "a/1", {{"psnr", 30}});
+  write("none", "b", {{"psnr", 20}});
+  const json lacking = compare({"ours", "few", "none"});
+  const json &few = row_of(lacking["means"], "method", "few", "psnr"),
+             &none = row_of(lacking["means"], "method", "none", "psnr");
+  EXPECT_EQ(few["failures"], 2);
+  EXPECT_NEAR(few["mean"].get<double>(), ((30 + 0) / 2.0 + 0) / 2, 1e-12);
+  EXPECT_EQ(none["failures"], 2);
+  EXPECT_NEAR(none["mean"].get<double>(), (0 + 20) / 2.0, 1e-12);
+}
+
+TEST_F(Compare, ScenesCountAlikeHoweverManyRunsTheyHave) {
+  for (int run = 0; run < 9; ++run) {
+    write("ours", "many/" + std::to_string(run), {{"psnr", 30}});
+    write("theirs", "many/" + std::to_string(run), {{"psnr", 20}});
+  }
+  write("ours", "one", {{"psnr", 10}});
+  write("theirs", "one", {{"psnr", 30}});
+  const json found = compare({"ours", "theirs"});
+  EXPECT_NEAR(row_of(found["means"], "method", "ours", "psnr")["mean"].get<double>(), 20, 1e-12);
+  EXPECT_NEAR(found["differences"][0]["difference"].get<double>(), -5, 1e-12);
+}
+
 TEST_F(Compare, ResultsThatNoMethodKnowsDoNotCount) {
   write("ours", "a", {{"damping_error", 0.2}});
   write("ours", "b", {{"damping_error", nullptr}});
@@ -158,6 +195,15 @@ TEST_F(Compare, UselessInputIsRefused) {
   expect_error(Failure::kInput, {"ssim"}, [&] { compare({"ours", "ours"}, options); });
   expect_error(Failure::kInput, {"none", "is not a folder"}, [&] { compare({"ours", "none"}); });
   expect_error(Failure::kInput, {"empty", "no JSON file"}, [&] { compare({"empty", "ours"}); });
+  expect_error(Failure::kInput, {"empty", "no JSON file"}, [&] { compare({"ours", "empty"}); });
+  write("other", "b", {{"psnr", 30}});
+  expect_error(Failure::kInput, {"other", "b", "no scene of 'ours'"}, [&] { compare({"ours", "other"}); });
+  options.metrics = {"psnr:lower"};
+  expect_error(Failure::kUsage, {"--metric", "psnr:lower", "higher"}, [&] { compare({"ours", "ours"}, options); });
+  options.metrics = {"frequency_error:higher"};
+  expect_error(Failure::kUsage, {"frequency_error:higher", "lower"}, [&] { compare({"ours", "ours"}, options); });
+  options.metrics = {"psnr:higher"};
+  EXPECT_EQ(compare({"ours", "ours"}, options)["means"][0]["metric"], "psnr");
   expect_error(Failure::kInput, {"a.json", "not a JSON object"}, [&] { compare({"ours", "list"}); });
   const std::string ours = (folder_ / "ours").string();
   EXPECT_EQ(run_quietly({"evaluate", "compare", "x=" + ours, ours}), 2);

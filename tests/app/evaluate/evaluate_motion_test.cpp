@@ -78,18 +78,23 @@ float texture(double x, double y, int kind) {
 
 struct Swing {
   double frequency = 1.6, decay = 0.5, amplitude = 6;  // Hz, 1/s, px
-  double fps = 30;
+  double fps = 30, release = 0;                        // s, held at the amplitude until then
   int frames = 40, width = 96, height = 72;
 
-  double at(double t) const { return amplitude * std::exp(-decay * t) * std::cos(2 * M_PI * frequency * t); }
-  /// A textured disc that swings sideways before a textured wall.
+  double at(double time) const {
+    const double t = std::max(0.0, time - release);
+    return amplitude * std::exp(-decay * t) * std::cos(2 * M_PI * frequency * t);
+  }
+  bool stem = false;
+  /// A textured disc that swings sideways before a textured wall, or a stem that bends.
   ImageF frame(int f) const {
     ImageF picture(width, height, 3);
     const double shift = at(f / fps);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
-        const double u = x + 0.5 - 0.5 * width - shift, v = y + 0.5 - 0.5 * height;
-        const double edge = std::clamp(20 - std::hypot(u, v) + 0.5, 0.0, 1.0);
+        const double height_share = 1 - (y + 0.5) / height, bend = stem ? height_share * height_share : 1;
+        const double u = x + 0.5 - 0.5 * width - bend * shift, v = y + 0.5 - 0.5 * height;
+        const double edge = std::clamp(stem ? 9 - std::abs(u) + 0.5 : 20 - std::hypot(u, v) + 0.5, 0.0, 1.0);
         for (int c = 0; c < 3; ++c)
           picture(x, y, c) = static_cast<float>(edge * std::clamp(texture(u + 7 * c, v, 0), 0.f, 1.f) +
                                                 (1 - edge) * 0.6 * std::clamp(texture(x, y + 5 * c, 1), 0.f, 1.f));
@@ -167,6 +172,45 @@ TEST(EvaluateMotion, OfItselfIsWithoutErrorAndAStillVideoHasNoFrequency) {
   EXPECT_EQ(run_quietly(with), 1);
 }
 
+TEST(EvaluateMotion, TheFrameRateOfAVideoDoesNotChangeItsMotion) {
+  const TemporaryFolder folder;
+  Swing swing;
+  swing.stem = true;
+  swing.frequency = 2;
+  swing.amplitude = 24;
+  swing.write_video(folder / "30.mp4");
+  swing.fps = 24;
+  swing.frames = 32;
+  swing.write_video(folder / "24.mp4");
+  const json out = evaluate_motion(folder / "24.mp4", folder / "30.mp4");
+  EXPECT_LT(out["amplitude_error"].get<double>(), 0.1);
+  EXPECT_LT(out["frequency_error"].get<double>(), 0.005);
+  EXPECT_LT(out["flow_error"].get<double>(), 0.17);
+  EXPECT_EQ(out["delay_s"], 0);
+  EXPECT_EQ(out["truth"]["fps"], 30);
+  EXPECT_EQ(out["prediction"]["fps"], 24);
+}
+
+TEST(EvaluateMotion, AClipThatBeginsAtTheReleaseIsAheadOfAVideoThatBeginsEarlier) {
+  const TemporaryFolder folder;
+  Swing clip;
+  clip.width = 80;
+  clip.height = 56;
+  clip.frames = 30;
+  Swing video = clip;
+  video.release = 0.4;
+  video.frames += 12;
+  clip.write_folder(folder / "clip");
+  video.write_folder(folder / "video");
+  MotionScore score;
+  score.fps = 30;
+  const json out = evaluate_motion(folder / "clip", folder / "video", score);
+  EXPECT_NEAR(out["delay_s"].get<double>(), -0.4, 1e-9);
+  EXPECT_GT(out["flow_error"].get<double>(), 0.8);
+  EXPECT_LT(out["flow_error_without_delay"].get<double>(), 0.05);
+  EXPECT_LT(out["amplitude_error"].get<double>(), 0.05);
+}
+
 TEST(EvaluateMotion, UselessInputIsRefused) {
   const TemporaryFolder folder;
   Swing swing;
@@ -215,6 +259,7 @@ TEST(EvaluateMotion, OfParticlesGivesTheirFrequencyDampingAndAmplitude) {
   EXPECT_NEAR(out["damping_error"].get<double>(), 0, 0.03);
   EXPECT_NEAR(out["amplitude_error"].get<double>(), 0.2, 0.02);
   EXPECT_FALSE(out.contains("flow_error"));
+  EXPECT_EQ(out["free_from_by"], "largest motion");
 }
 
 }  // namespace

@@ -104,5 +104,22 @@ TEST(EvaluateRepair, NeedsTheTruthOfADemoScene) {
   EXPECT_THROW(evaluate_repair(folder / "run", folder / "scene"), Error);
 }
 
+TEST(EvaluateRepair, ARunOfAnotherSceneIsRefusedButNotOneOfACopy) {
+  const TemporaryFolder folder;
+  for (const char* name : {"truth/without_object", "truth/hidden"})
+    std::filesystem::create_directories(folder / "scene" / name);
+  write_image(folder / "scene/photos/a.png", ImageF(4, 3, 3, 0.2f));
+  write_image(folder / "other/photos/a.png", ImageF(4, 3, 3, 0.4f));
+  std::filesystem::copy(folder / "scene", folder / "copy", std::filesystem::copy_options::recursive);
+  const auto made_from = [&](const std::string& name) {
+    folder.file("run/run.json", json{{"scene", {{"source", (folder / name).string()}}}}.dump());
+    return folder / "run";
+  };
+  expect_error(Failure::kInput, {"run.json", "scene.source", "other"},
+               [&] { evaluate_repair(made_from("other"), folder / "scene"); });
+  for (const char* same : {"scene", "copy", "gone"})
+    expect_error(Failure::kInput, {"background.ply"}, [&] { evaluate_repair(made_from(same), folder / "scene"); });
+}
+
 }  // namespace
 }  // namespace pliant

@@ -40,15 +40,36 @@ TEST(EvaluateImages, AnOffsetOfTenLevelsIs28Point13Decibels) {
   EXPECT_EQ(out["identical"], false);
 }
 
-TEST(EvaluateImages, IdenticalPicturesHaveNoPsnrAndSsimOne) {
+TEST(EvaluateImages, IdenticalPicturesHaveThePsnrOfTheirCapAndSsimOne) {
   const TemporaryFolder folder;
   write_image(folder / "truth/v.png", noise(40, 30, 1));
   write_image(folder / "pred/v.png", noise(40, 30, 1));
   const json out = evaluate_images(folder / "pred", folder / "truth");
-  EXPECT_TRUE(out["psnr"].is_null());
+  EXPECT_EQ(out["psnr"], kPsnrOfIdentical);
   EXPECT_EQ(out["identical"], true);
   EXPECT_NEAR(out["ssim"].get<double>(), 1, 1e-12);
   EXPECT_TRUE(assert_metrics(out, {"psnr>=60", "ssim >= 0.999"}).empty());
+}
+
+TEST(EvaluateImages, NoPictureScoresHigherThanAnIdenticalOne) {
+  const TemporaryFolder folder;
+  const ImageF a = noise(30, 20, 1);
+  ImageF worse = a, large(400, 400, 3, 0.5f), nearly = large;
+  worse.data[7] += 20.0f / 255;
+  nearly.data[7] += 1.0f / 255;  // 105 dB
+  for (const char* name : {"truth/a.png", "truth/b.png", "one_worse/a.png"}) write_image(folder / name, a);
+  for (const char* name : {"both_worse/a.png", "both_worse/b.png", "one_worse/b.png"})
+    write_image(folder / name, worse);
+  const json one = evaluate_images(folder / "one_worse", folder / "truth"),
+             both = evaluate_images(folder / "both_worse", folder / "truth");
+  EXPECT_EQ(one["per_image"]["a"]["psnr"], kPsnrOfIdentical);
+  EXPECT_EQ(one["identical_pictures"], 1);
+  EXPECT_NEAR(one["psnr"].get<double>(), 0.5 * (both["psnr"].get<double>() + kPsnrOfIdentical), 1e-9);
+  write_image(folder / "large.png", large);
+  write_image(folder / "nearly.png", nearly);
+  const json close = evaluate_images(folder / "nearly.png", folder / "large.png");
+  EXPECT_FALSE(close["identical"].get<bool>());
+  EXPECT_EQ(close["psnr"], kPsnrOfIdentical);
 }
 
 TEST(EvaluateImages, SsimOfTwoConstantPicturesIsTheLuminanceTerm) {
@@ -229,6 +250,19 @@ TEST(EvaluateSegmentation, UselessInputIsRefused) {
   write_ids(folder / "zero/a.png", IdImage(60, 40, 1, 0));
   expect_error(Failure::kInput, {"zero", "labels no object"},
                [&] { evaluate_segmentation(folder / "zero", folder / "zero"); });
+}
+
+TEST(EvaluateSegmentation, PhotosAreRefusedAsMasks) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/a.png", square(10, 5, 9));
+  write_image(folder / "photos/a.png", noise(60, 40, 4));
+  expect_error(Failure::kInput, {"photos", "255 IDs", "--match overlap"},
+               [&] { evaluate_segmentation(folder / "photos", folder / "truth"); });
+  // Many IDs are no photo when they are those of the truth.
+  IdImage many(60, 40, 1);
+  for (size_t i = 0; i < many.data.size(); ++i) many.data[i] = static_cast<uint32_t>(1 + i / 4);
+  write_ids(folder / "many/a.png", many);
+  EXPECT_EQ(evaluate_segmentation(folder / "many", folder / "many")["miou"], 1);
 }
 
 TEST(Frequency, OfADecayingOscillationIsFoundByBothMethods) {

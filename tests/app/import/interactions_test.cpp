@@ -88,6 +88,13 @@ TEST(Interactions, TorqueAndWindAreSi) {
   EXPECT_EQ(error_of(R"([{"type": "wind", "wind": [1, 0, 0], "drag": 2}])").field, "drag");
 }
 
+TEST(Interactions, AnImpulseHasNoDuration) {
+  const Error error = error_of(R"([{"type": "impulse", "region": "all", "impulse": [1, 0, 0], "duration": 0.2}])");
+  EXPECT_EQ(error.failure, Failure::kUsage);
+  EXPECT_EQ(error.field, "duration");
+  EXPECT_NE(error.remedy.find("point_force"), std::string::npos);
+}
+
 TEST(Interactions, AWeightHasKilogramsAndHangsAllTheTime) {
   const auto rows =
       parse_interactions(R"([{"type": "weight", "region": {"sphere": [0, 0, 2, 1]}, "mass": 0.052}])", kHalfMetre, "x");

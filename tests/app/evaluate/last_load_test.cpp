@@ -1,0 +1,101 @@
+// From when on trajectories are free, as their interactions.json tells.
+
+#include "app/evaluate/last_load.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate/evaluate.h"
+#include "app/store/trajectory.h"
+#include "tests/temporary_folder.h"
+
+using nlohmann::json;
+
+namespace pliant {
+namespace {
+
+/// A rod that a force holds aside until 0.6 s, about which it swings and comes to rest faster than after it.
+std::filesystem::path write_pushed_rod(const std::filesystem::path& file) {
+  TrajectoryFile t;
+  t.fps = 30;
+  t.up = {0, 0, 1};
+  const double omega = 2 * M_PI * 1.3;
+  for (int f = 0; f < 90; ++f) {
+    TrajectoryFile::Frame frame;
+    frame.time = f / 30.0;
+    const double free = frame.time - 0.6;
+    const double sway = free < 0 ? 0.1 * (1 - std::exp(-3 * frame.time) * std::cos(omega * frame.time))
+                                 : 0.1 * std::exp(-0.5 * free) * std::cos(omega * free);
+    for (int p = 0; p <= 20; ++p) frame.position.push_back(Vec3d(0.05 * p * sway, 0, 0.05 * p).cast<float>());
+    frame.velocity.assign(21, Vec3f::Zero());
+    frame.F.assign(21, Mat3f::Identity());
+    t.frames.push_back(frame);
+  }
+  std::filesystem::create_directories(file.parent_path());
+  write_trajectory(file, t, "{}");
+  return file;
+}
+
+constexpr const char* kPush = R"([{"type": "point_force", "region": "all", "force": [1, 0, 0], "start": 0.1,
+  "duration": 0.5}, {"type": "ground"}, {"type": "pin", "region": {"below": 0}, "duration": 9}])";
+
+TEST(LastLoad, ATrajectoryIsFreeFromTheEndOfItsLoadsOn) {
+  const TemporaryFolder folder;
+  const auto rod = write_pushed_rod(folder / "beside/trajectory.h5");
+  EXPECT_EQ(evaluate_motion(rod, rod)["free_from_by"], "largest motion");
+  folder.file("beside/interactions.json", kPush);
+  json out = evaluate_motion(rod, rod);
+  EXPECT_EQ(out["free_from_by"], "interactions.json");
+  EXPECT_NEAR(out["free_from_s"].get<double>(), 0.6, 1e-9);
+  EXPECT_NEAR(out["truth"]["damping_time_s"].get<double>(), 2, 0.01);
+  MotionScore score;
+  score.free_from = 1;
+  out = evaluate_motion(rod, rod, score);
+  EXPECT_EQ(out["free_from_by"], "--free-from");
+  EXPECT_EQ(out["free_from_s"], 1);
+  // Loads that leave too little of the motion, or move along a path to its end, tell nothing.
+  for (const char* load : {R"([{"type": "gust", "acceleration": [1, 0, 0], "duration": 2.9}])",
+                           R"([{"type": "poke", "radius": 0.1, "path": [[0, 0, 0, 0], [4, 1, 0, 0]]}])"}) {
+    folder.file("beside/interactions.json", load);
+    EXPECT_EQ(evaluate_motion(rod, rod)["free_from_by"], "largest motion") << load;
+  }
+  folder.file("beside/interactions.json", R"([{"type": "shove"}])");
+  expect_error(Failure::kUsage, {"interactions.json", "shove"}, [&] { evaluate_motion(rod, rod); });
+}
+
+TEST(LastLoad, TheLoadsOfARunAreThoseOfTheTrajectoryThatWasSimulatedLast) {
+  const TemporaryFolder folder;
+  folder.file("run/interactions.json", kPush);
+  folder.file("run/run.json",
+              R"({"stages": {"simulate": {"outputs": ["objects/1_rod/trajectory.h5", "interactions.json"]}}})");
+  const auto rod = write_pushed_rod(folder / "run/objects/1_rod/trajectory.h5"),
+             other = write_pushed_rod(folder / "run/objects/2_other/trajectory.h5");
+  EXPECT_EQ(evaluate_motion(other, other)["free_from_by"], "largest motion");
+  const json out = evaluate_motion(rod.parent_path(), other);
+  EXPECT_EQ(out["free_from_by"], "interactions.json");
+  EXPECT_NEAR(out["prediction"]["damping_time_s"].get<double>(), 2, 0.01);
+}
+
+TEST(LastLoad, IsTheLatestChangeBeforeTheEnd) {
+  const TemporaryFolder folder;
+  const auto trajectory = folder / "trajectory.h5";
+  EXPECT_FALSE(last_load_change(trajectory, 3));
+  const auto change = [&](const std::string& rows) {
+    folder.file("interactions.json", "[" + rows + "]");
+    return last_load_change(trajectory, 3).value();
+  };
+  EXPECT_EQ(change(""), 0);
+  EXPECT_EQ(change(R"({"type": "impulse", "region": "all", "impulse": [1, 0, 0], "start": 0.4})"), 0.4);
+  EXPECT_EQ(change(R"({"type": "wind", "wind": [1, 0, 0], "start": 0.7})"), 0.7);
+  EXPECT_EQ(change(R"({"type": "pin", "region": "all", "duration": 0.5})"), 0.5);
+  EXPECT_EQ(change(R"({"type": "pin", "region": "all", "start": 5})"), 0);
+  const std::string poke = R"({"type": "poke", "radius": 1, "start": 0.2, "path": [[0, 0, 0, 0], [1, 1, 0, 0]])";
+  EXPECT_EQ(change(poke + "}"), 1.2);
+  EXPECT_EQ(change(poke + R"(, "duration": 2})"), 2.2);
+  EXPECT_EQ(change(poke + R"(, "duration": 9})"), 1.2);
+}
+
+}  // namespace
+}  // namespace pliant
