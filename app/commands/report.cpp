@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/fit/fit_report.h"
@@ -64,12 +65,16 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
     add("length of a unit [m]", "1", "", "unknown");
   if (stages.contains("predict")) {
     const json& p = stages["predict"]["summary"];
-    const std::string source =
-        fmt::format("{}: {}", p["understood"].get<std::string>(), p["source"].get<std::string>());
-    add("mean of Young's modulus E [Pa]", fmt::format("{:.3g}", p["young"].get<double>()), band_text(p["young_band"]),
-        source);
-    add("Poisson's ratio", fmt::format("{:.3g}", p["poisson"].get<double>()), band_text(p["poisson_band"]), source);
-    add("density [kg/m^3]", fmt::format("{:.4g}", p["density"].get<double>()), band_text(p["density_band"]), source);
+    std::string source = fmt::format("{}: {}", p["understood"].get<std::string>(), p["source"].get<std::string>());
+    const json given = p.value("given", json::array());
+    const auto add_predicted = [&](const char* key, const char* what, int digits) {
+      if (std::find(given.begin(), given.end(), key) != given.end()) return;
+      add(what, fmt::format("{:.{}g}", p[key].get<double>(), digits), band_text(p[std::string(key) + "_band"]), source);
+      source = "the same";
+    };
+    add_predicted("young", "mean of Young's modulus E [Pa]", 3);
+    add_predicted("poisson", "Poisson's ratio", 3);
+    add_predicted("density", "density [kg/m^3]", 4);
     if (p["frequency_hz"].is_number())
       add("sway frequency [Hz]", fmt::format("{:.2g}", p["frequency_hz"].get<double>()), band_text(p["frequency_band"]),
           source);

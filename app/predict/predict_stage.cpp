@@ -185,12 +185,17 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
     context.progress.say(
         "predict: E is a guess chosen for a visible sway; set the object with --label, or its softness with --softness "
         "0..1");
+  json given = json::array();
+  if (young_given) given.push_back("young");
+  if (stage.given.poisson || scene_file.poisson) given.push_back("poisson");
+  if (stage.given.density || scene_file.density) given.push_back("density");
   const ObjectMaterial law{young, means.poisson, means.density, prior.law};
   return {{"understood", prior.name},
           {"guessed", prior.guessed},
           {"unanswered", prior.unanswered},
           {"source", words},
           {"softness", stage.softness},
+          {"given", given},
           {"young", young},
           {"young_band", band_json(young_band)},
           {"poisson", means.poisson},

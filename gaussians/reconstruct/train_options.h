@@ -41,7 +41,7 @@ struct TrainOptions {
   float grow_until = 0.5f;       ///< ... reaches the budget (MCMC) or ends (classic) ...
   float relocate_until = 0.85f;  ///< ... and dead Gaussians are moved for the last time (MCMC)
   float dead_opacity = 0.005f;
-  float noise = 1.25e7f;          ///< MCMC: times position rate and covariance, in extents; 5e5 in a scene of extent 5
+  float noise = 5.5e6f;           ///< MCMC: times position rate and covariance, in extents; 5e5 at an extent of 3.3
   float opacity_weight = 0.01f;   ///< MCMC: weight of the mean opacity in the loss ...
   float scale_weight = 0.01f;     ///< ... and of the mean standard deviation, in extents
   float screen_gradient = 2e-4f;  ///< classic: clone or split above this

@@ -15,7 +15,7 @@ constexpr size_t kSample = 4000, kCameras = 12;  // that are looked at, evenly s
 
 std::string number(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
+  std::snprintf(text, sizeof text, value >= 1000 ? "%.0f" : "%.3g", value);
   return text;
 }
 
@@ -41,7 +41,7 @@ double size_of(const GaussianCloud& cloud, size_t i) { return std::exp(double(cl
 }  // namespace
 
 std::vector<std::string> doubtful_units(const std::string& where, const GaussianCloud& cloud,
-                                        const std::vector<Camera>& cameras) {
+                                        const std::vector<Camera>& cameras, bool orbit) {
   constexpr double kMuch = 0.05, kMost = 0.5, kCoarse = 0.1;
   std::vector<std::string> sentences;
   if (const std::vector<double> depths = seen_depths(cloud, cameras); !depths.empty()) {
@@ -53,7 +53,7 @@ std::vector<std::string> doubtful_units(const std::string& where, const Gaussian
     const double factor = std::pow(10, std::ceil(std::log10(10 * kNearPlane / quantile(depths, 0.5))));
     const std::string remedy =
         "multiply splats and cameras by " + number(factor) + ": `pliant convert IN OUT --scale " + number(factor) + "`";
-    if (share > kMost) throw input_error(where, "", problem, remedy);
+    if (share > kMost && !orbit) throw input_error(where, "", problem, remedy);
     if (share > kMuch) sentences.push_back(problem + ": " + remedy);
   }
   std::vector<double> sizes, largest;

@@ -162,7 +162,8 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
     scene.cameras = orbit_cameras(orbit, scene.cloud, scene.up);
     scene.cameras_are_orbit = true;
   }
-  for (const std::string& sentence : doubtful_units(source.string(), scene.cloud, scene.cameras))
+  for (const std::string& sentence :
+       doubtful_units(source.string(), scene.cloud, scene.cameras, scene.cameras_are_orbit))
     scene.warnings.push_back(sentence);
   const std::optional<double> metres =
       options.metres_per_unit ? options.metres_per_unit : scene.settings.metres_per_unit;

@@ -144,6 +144,10 @@ TEST_F(Predict, APartOfTheMaterialInTheSceneFileIsKept) {
   ASSERT_EQ(run({}), 0);
   EXPECT_NEAR(summary("predict")["young"], 2e4, 1);
   EXPECT_EQ(summary("predict")["density"], 300);
+  EXPECT_EQ(summary("predict")["given"], json::array({"young", "density"}));
+  const std::string report = read_text(folder_ / "run/report.html");
+  EXPECT_NE(report.find("Poisson's ratio"), std::string::npos);
+  EXPECT_EQ(report.find("density [kg/m^3]"), std::string::npos) << "it was not assumed";
   // A label asks for the E of such a thing.
   ASSERT_EQ(run({"--label", "sunflower"}), 0);
   EXPECT_NE(summary("predict")["young"], 2e4);

@@ -196,8 +196,9 @@
   $('start-title').textContent = study.title;
   $('introduction').textContent = study.introduction;
   const amounts = [];
-  if (study.pairs.length) amounts.push(`${study.pairs.length} comparisons of two clips`);
-  if (study.singles.length) amounts.push(`${study.singles.length} clips to score`);
+  const count = (number, what) => `${number} ${what}${number === 1 ? '' : 's'}`;
+  if (study.pairs.length) amounts.push(`${count(study.pairs.length, 'comparison')} of two clips`);
+  if (study.singles.length) amounts.push(`${count(study.singles.length, 'clip')} to score`);
   $('amount').textContent = amounts.join(' and ');
   $('participant').value = String(1 + crypto.getRandomValues(new Uint32Array(1))[0] % 999999999);
   // For tests: what a participant would see.

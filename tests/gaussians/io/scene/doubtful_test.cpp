@@ -12,7 +12,7 @@ namespace pliant {
 namespace {
 
 /// A ball of 300 Gaussians with its twelve cameras, multiplied by `scale` and then moved by `shift`.
-std::vector<std::string> said(float scale, float shift) {
+std::vector<std::string> said(float scale, float shift, bool orbit = false) {
   GaussianCloud cloud = painted_ball(300, 5);
   std::vector<Camera> cameras = cameras_of(photos_of(cloud, 12, 56, 44));
   for (Vec3f& x : cloud.position) x = scale * x + Vec3f::Constant(shift);
@@ -21,7 +21,7 @@ std::vector<std::string> said(float scale, float shift) {
     camera.cam_from_world.translation() *= scale;
     camera.cam_from_world.translation() -= camera.cam_from_world.linear() * Vec3d::Constant(shift);
   }
-  return doubtful_units("ball.ply", cloud, cameras);
+  return doubtful_units("ball.ply", cloud, cameras, orbit);
 }
 
 TEST(DoubtfulUnits, OfAnOrdinarySceneNothingIsSaid) {
@@ -36,6 +36,7 @@ TEST(DoubtfulUnits, WhatTheNearPlaneHidesIsNamedWithTheFactorThatMendsIt) {
   EXPECT_NE(some[0].find("nearer than 0.2"), std::string::npos) << some[0];
   EXPECT_NE(some[0].find("--scale 10"), std::string::npos) << some[0];
   expect_error(Failure::kInput, {"ball.ply", "nearer", "--scale 100"}, [] { said(0.01f, 0); });
+  EXPECT_EQ(said(0.01f, 0, true).size(), 1u) << "others may be given for an orbit";
 }
 
 TEST(DoubtfulUnits, CoordinatesThatSinglePrecisionDoesNotResolveAreNamed) {
