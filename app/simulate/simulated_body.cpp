@@ -114,7 +114,15 @@ json sized_push(const Context& context, const SimulationPlan& plan, const std::f
   sizing.fraction = stage.push;
   sizing.duration = kPushDuration;
   if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
+  sizing.scale_on_body = true;
+  constexpr int kPercent = 100;
+  sizing.go_on = [&](double share) {
+    context.progress.done(static_cast<int>(kPercent * share));
+    return !context.interrupted();
+  };
+  context.progress.begin("size the push", kPercent);
   const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
+  context.progress.end();
   push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
   context.progress.say(
       fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s", size.newtons,

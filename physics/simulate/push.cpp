@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "physics/body/driving_particles.h"
 #include "physics/body/links.h"
+#include "physics/simulate/loads.h"
 
 namespace pliant {
 namespace {
@@ -83,6 +84,41 @@ SimulationState start_of(SimulateOptions options, const Particles& body, const s
   return simulate<float>(options, body, interactions, initial_state(body)).state;
 }
 
+/// Whether the real run starts from the captured shape itself.
+bool starts_as_captured(const SimulateOptions& options, const Particles& body,
+                        const std::vector<Interaction>& interactions) {
+  if (LoadSchedule<float>(options, body, interactions).pinned(0)) return options.rest_shape == RestShapeMode::kCaptured;
+  return options.settle_time == 0 || options.gravity.isZero();
+}
+
+struct Trial {
+  double length = 0, peak = 0;  // peak displacement / height
+};
+
+/// What to try next: a length in proportion to the last trial's, from the third trial on one along the line of log peak
+/// over log length through the last two; between the trials that were too weak and too strong, because the peak grows
+/// with the load.
+double next_length(const std::vector<Trial>& trials, double wanted) {
+  constexpr double kLargestStep = 1e3, kFlattest = 0.5, kSteepest = 2, kMargin = 0.1;
+  const Trial& last = trials.back();
+  double slope = 1;
+  if (trials.size() > 2) {
+    const Trial& before = trials[trials.size() - 2];
+    const double line = std::log(last.peak / before.peak) / std::log(last.length / before.length);
+    if (line > 0) slope = std::clamp(line, kFlattest, kSteepest);
+  }
+  const double length =
+      last.length * std::clamp(std::pow(wanted / last.peak, 1 / slope), 1 / kLargestStep, kLargestStep);
+  const Trial *weak = nullptr, *strong = nullptr;
+  for (const Trial& t : trials) {
+    if (t.peak < wanted && (!weak || t.length > weak->length)) weak = &t;
+    if (t.peak >= wanted && (!strong || t.length < strong->length)) strong = &t;
+  }
+  if (!weak || !strong || (weak->length < length && length < strong->length)) return length;
+  const double share = std::log(wanted / weak->peak) / std::log(strong->peak / weak->peak);
+  return weak->length * std::pow(strong->length / weak->length, std::clamp(share, kMargin, 1 - kMargin));
+}
+
 }  // namespace
 
 LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
@@ -110,37 +146,68 @@ LoadSize size_load(const PushOptions& options, const Particles& particles, const
   }
   require(height > 0, "height", height, "give the height of the body in meters");
 
-  Interaction push = load;
-  push.region = widened(load.region, body.cell_size);
   SimulateOptions trial = options.simulate;
   trial.duration = load.start + 2 * options.duration;  // a short push peaks after its end
   trial.cell_size = 0;
+  const bool scaled =
+      options.scale_on_body && body.size() < particles.size() && starts_as_captured(trial, particles, interactions);
   const SimulationState start = start_of(trial, body, interactions);
   trial.settle_time = 0;
 
-  // A first load that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
-  const double way = options.fraction * height, mass = body.total_mass();
-  LoadSize size;
-  size.length =
-      0.1 * mass * 2 * way / (options.duration * options.duration) / newtons_of_one(load, mass, options.duration);
-  for (; size.trials < options.trials;) {
-    push.vector = size.length * load.vector.normalized();
+  // Halving the cells halves the time steps.
+  const double frames = std::lround(trial.fps * trial.duration),
+               cost = std::pow(static_cast<double>(particles.size()) / static_cast<double>(body.size()), 4.0 / 3);
+  const double work = frames * (options.trials + (scaled ? cost : 0));
+  double done = 0;
+  const auto try_out = [&](const Particles& of, const SimulationState& from, const Region& region, double length,
+                           double cost_of_frame, double past) {
+    Interaction push = load;
+    push.region = region;
+    push.vector = length * load.vector.normalized();
     std::vector<Interaction> script = interactions;
     script.push_back(push);
     double peak = 0;
-    simulate<float>(trial, body, script, start, [&](const SimulationState& s) {
-      for (size_t i = 0; i < s.size(); ++i) peak = std::max(peak, static_cast<double>((s.x[i] - start.x[i]).norm()));
-      return true;
+    bool stopped = false;
+    simulate<float>(trial, of, script, from, [&](const SimulationState& s) {
+      double moved = 0;
+      for (size_t i = 0; i < s.size(); ++i) moved = std::max(moved, static_cast<double>((s.x[i] - from.x[i]).norm()));
+      peak = std::max(peak, moved);
+      done += s.frame > 0 ? cost_of_frame : 0;
+      stopped = options.go_on && !options.go_on(std::min(done / work, 1.0));
+      return !stopped && (s.time < load.start + options.duration || moved >= past * peak);
     });
-    size.peak_fraction = peak / height;
-    ++size.trials;
+    if (stopped) throw Error(Failure::kInterrupted, "push", "", "interrupted", "run the same command again");
     require(peak > 0, "region", peak, "push where the body can move");
-    const double error = size.peak_fraction / options.fraction;
-    if (std::abs(error - 1) < 0.05 || size.trials == options.trials) break;
-    // Displacement grows with the load; large steps are taken in parts, because it does not grow in proportion.
-    size.length *= std::clamp(1 / error, 1e-3, 1e3);
+    return Trial{length, peak / height};
+  };
+  const auto miss = [&](const Trial& t) { return std::abs(std::log(t.peak / options.fraction)); };
+
+  // A first load that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
+  constexpr double kNear = 0.05, kNearEnough = 0.3;  // where the body itself has the last word
+  const double way = options.fraction * height, mass = body.total_mass();
+  double length = options.first;
+  if (!(length > 0))
+    length =
+        0.1 * mass * 2 * way / (options.duration * options.duration) / newtons_of_one(load, mass, options.duration);
+  const Region wide = widened(load.region, body.cell_size);
+  std::vector<Trial> trials;
+  while (static_cast<int>(trials.size()) < options.trials) {
+    trials.push_back(try_out(body, start, wide, length, 1, 0));
+    if (std::abs(trials.back().peak / options.fraction - 1) < (scaled ? kNearEnough : kNear)) break;
+    length = next_length(trials, options.fraction);
   }
-  return size;
+  Trial best = *std::min_element(trials.begin(), trials.end(),
+                                 [&](const Trial& a, const Trial& b) { return miss(a) < miss(b); });
+  int count = static_cast<int>(trials.size());
+  if (scaled) {
+    constexpr double kPast = 0.8;  // of the peak: it will not come again
+    done = options.trials * frames;
+    best = try_out(particles, initial_state(particles), load.region, best.length, cost, kPast);
+    ++count;
+    if (std::abs(best.peak / options.fraction - 1) >= kNear)
+      best = {best.length * options.fraction / best.peak, options.fraction};
+  }
+  return {best.length, best.peak, count};
 }
 
 PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "physics/simulate/simulate.h"
@@ -13,25 +14,32 @@ struct PushOptions {
   double fraction = 0.15;    ///< wanted peak displacement from the first frame / height
   double duration = 0.5;     ///< s for which the push lasts
   int max_particles = 2000;  ///< of the trial body
-  int trials = 3;            ///< at most
+  int trials = 3;            ///< of the trial body, at most
+  double first = 0;          ///< length of the load that is tried first; 0 = from the mass of the body
+  /// The load found on the trial body is tried once on the body itself and scaled by what it does there; not for a body
+  /// that would have to settle or to find its rest shape first.
+  bool scale_on_body = false;
+  std::function<bool(double)> go_on;  ///< told the share of the work that is done; false ends it with
+                                      ///< Error{kInterrupted}
 };
 
 struct PushSize {
   double newtons = 0;
-  double peak_fraction = 0;  ///< reached by the last trial
+  double peak_fraction = 0;  ///< as in LoadSize
   int trials = 0;
 };
 
 /// How long the vector of a load must be.
 struct LoadSize {
-  double length = 0;         ///< in the units of its vector
-  double peak_fraction = 0;  ///< reached by the last trial
+  double length = 0;  ///< in the units of its vector
+  double peak_fraction =
+      0;  ///< of the trial that came nearest to the wanted one, after the scaling in proportion to it
   int trials = 0;
 };
 /// Length of `load`'s vector with which it moves the body by `fraction` of its height at most, found by short trials of
-/// the dynamics themselves: a small load first, then corrections for what is not linear.  Its vector gives the
-/// direction.  `interactions` are the pins and the ground of the real run.  Throws Error{kUsage} when it touches
-/// nothing.
+/// the dynamics themselves on a body of `max_particles`: a small load first, then a search for the root of log peak
+/// over log length.  Its vector gives the direction.  `interactions` are the pins and the ground of the real run.
+/// Throws Error{kUsage} when it touches nothing.
 LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                    const Interaction& load);
 

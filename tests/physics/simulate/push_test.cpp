@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "gaussians/base/error.h"
 #include "physics/body/driving_particles.h"
 #include "physics/body/make_particles.h"
@@ -73,6 +75,59 @@ TEST(Push, IsSizedToTheStiffness) {
     EXPECT_LE(size.trials, options.trials);
   }
   EXPECT_GT(newtons[1], 1.5 * newtons[0]);
+}
+
+TEST(Push, IsAsLargeAsWantedOnTheBodyItselfHoweverCoarseTheTrialBody) {
+  PushOptions options;
+  options.simulate.fps = 60;
+  options.duration = 0.1;
+  options.max_particles = 150;
+  options.scale_on_body = true;
+  const Region tip = Region::sphere(Vec3d(0.01, 0.01, kStemFoot + kStem), 0.02);
+  const Particles particles = stem(1200);
+  const PushSize size = size_push(options, particles, {clamp()}, tip, Vec3d(1, 0, 0));
+  EXPECT_LE(size.trials, options.trials + 1);
+  Interaction push;
+  push.type = InteractionType::kPointForce;
+  push.region = tip;
+  push.duration = options.duration;
+  push.vector = Vec3d(size.newtons, 0, 0);
+  SimulateOptions real = options.simulate;
+  real.duration = 2 * options.duration;
+  const double peak =
+      simulate<float>(real, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
+  EXPECT_NEAR(peak / (kStem + kStemFoot), options.fraction, 0.1 * options.fraction);
+}
+
+TEST(Push, SaysWhatShareIsDoneAndCanBeInterrupted) {
+  PushOptions options;
+  options.simulate.fps = 60;
+  options.duration = 0.1;
+  options.max_particles = 150;
+  const Particles particles = stem(400);
+  const Region tip = Region::sphere(Vec3d(0.01, 0.01, kStemFoot + kStem), 0.02);
+  for (const bool on_body : {false, true}) {
+    options.scale_on_body = on_body;
+    std::vector<double> told;
+    options.go_on = [&](double share) {
+      told.push_back(share);
+      return true;
+    };
+    size_push(options, particles, {clamp()}, tip, Vec3d(1, 0, 0));
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+    EXPECT_GE(told.front(), 0);
+    EXPECT_LE(told.back(), 1);
+    const size_t half = told.size() / 2;
+    size_t calls = 0;
+    options.go_on = [&](double) { return ++calls < half; };
+    try {
+      size_push(options, particles, {clamp()}, tip, Vec3d(1, 0, 0));
+      ADD_FAILURE() << "not interrupted";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure, Failure::kInterrupted);
+    }
+    EXPECT_EQ(calls, half) << "no work after that";
+  }
 }
 
 TEST(Push, ARegionNarrowerThanACoarseCellStillTouchesTheCoarseBody) {
