@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "app/import/interactions.h"
 #include "app/import/physgaussian_space.h"
 #include "app/run/attach_scene.h"
-#include "gaussians/base/orbit.h"
+#include "app/seed/object_pins.h"
 #include "gaussians/io/splats/ply.h"
 #include "physics/body/driving_particles.h"
 #include "physics/body/interior_fill.h"
@@ -23,36 +24,10 @@ namespace {
 
 constexpr int kSamplesPerDriver = 8;
 
-/// What holds the object, in scene units: the scene file's regions, --pin-below, and the contact with the support.
-std::vector<Region> regions_to_pin(const Context& context, const Scene& scene, const FillStage& stage,
-                                   const GaussianCloud& object, const json& extract) {
-  std::vector<Region> pins;
-  for (const SceneFile::Region& region : scene.settings.pinned) {
-    const Vec3d low = region.low.cast<double>();
-    pins.push_back(region.sphere ? Region::sphere(low, region.high.x()) : Region::box(low, region.high.cast<double>()));
-  }
-  if (stage.pin_below) pins.push_back(Region::half_space(scene.up * *stage.pin_below, scene.up));
-  if (stage.pin_contact && !stage.pin_below && extract.contains("contact")) {
-    const json& contact = extract["contact"];
-    const Vec3d point(contact["point"][0], contact["point"][1], contact["point"][2]);
-    const Vec3d normal(contact["normal"][0], contact["normal"][1], contact["normal"][2]);
-    pins.push_back(Region::half_space(point + normal * contact["band"].get<double>(), normal));
-    context.progress.say(fmt::format("seed: fixed where it touches '{}'", contact["support"].get<std::string>()));
-  }
-  if (pins.empty() && stage.pin_contact) {
-    const Framing framing = robust_framing(object, scene.up);
-    const double height = framing.high.z() - framing.low.z();
-    pins.push_back(Region::half_space(scene.up * (framing.low.z() + kHeldShare * height), scene.up));
-    context.progress.say(
-        "seed: no support found, so the object's lowest tenth is fixed (--pin-below fixes another part, "
-        "--no-pin-contact none)");
-  }
-  return pins;
-}
-
-/// Dense samples of the solid, refined until the simulated part has enough of them for every driver.
-SolidSamples sample_solid(const Context& context, const FillOptions& first, const GaussianCloud& object,
-                          const std::vector<Region>& pins, int drivers, FillSummary& summary, SimulatedPart& part) {
+/// Dense samples of the solid, refined until the simulated part, which `pins` say, has enough of them for every driver.
+SolidSamples sample_solid(const Context& context, const FillOptions& first, const GaussianCloud& object, int drivers,
+                          const std::function<std::vector<Region>(const SolidSamples&)>& pins_of,
+                          std::vector<Region>& pins, FillSummary& summary, SimulatedPart& part) {
   FillOptions options = first;
   const auto fill = [&] {
     SolidSamples filled = fill_interior(options, object, &summary);
@@ -60,6 +35,7 @@ SolidSamples sample_solid(const Context& context, const FillOptions& first, cons
     return filled;
   };
   SolidSamples samples = fill();
+  pins = pins_of(samples);
   part = select_simulated(samples, pins, drivers);
   const double wanted = static_cast<double>(kSamplesPerDriver) * drivers;
   constexpr double kMostSamples = 4e6;
@@ -78,6 +54,7 @@ SolidSamples sample_solid(const Context& context, const FillOptions& first, cons
     samples.rod.clear();
     samples.rod = find_rods(samples);
     part = select_simulated(samples, pins, drivers);
+    summary.volume = samples.total_volume();
   }
   return samples;
 }
@@ -100,8 +77,6 @@ json fill_object(const Context& context, const RunDirectory& run, const StageInp
   const Scene& scene = in.scene;
   const bool configured = !stage.physgaussian.empty();
   const GaussianCloud object = read_ply(in.files.at("object"));
-  const std::vector<Region> pins =
-      configured ? std::vector<Region>{} : regions_to_pin(context, scene, stage, object, in.found);
   FillOptions fill;
   fill.seed = context.seed;
   if (!scene.cameras_are_orbit) {
@@ -117,9 +92,13 @@ json fill_object(const Context& context, const RunDirectory& run, const StageInp
     particles = particles_of_configuration(context, stage.physgaussian, filled.volume, object);
   }
   fill.target_count = kSamplesPerDriver * particles;
+  const auto pins_of = [&](const SolidSamples& samples) {
+    return configured ? std::vector<Region>{} : object_pins(context, scene, stage, in.found, object, samples);
+  };
   SimulatedPart part;
   SolidFile file;
-  file.samples = sample_solid(context, fill, object, pins, particles, filled, part);
+  std::vector<Region> pins;
+  file.samples = sample_solid(context, fill, object, particles, pins_of, pins, filled, part);
   file.samples.thickness.resize(file.samples.size());
   file.simulated.assign(file.samples.size(), 0);
   for (const int i : part.kept) file.simulated[i] = 1;
@@ -128,7 +107,10 @@ json fill_object(const Context& context, const RunDirectory& run, const StageInp
   for (const Region& pin : pins) rows.push_back(region_to_json(pin));
   file.pinned_json = rows.dump();
   write_solid(run / in.outputs[0], file, provenance);
-  if (pins.empty() && !configured)
+  if (pins.empty() && !configured && in.found.contains("contact"))
+    context.progress.say("seed: nothing is fixed, the object lies free on '" +
+                         in.found["contact"]["support"].get<std::string>() + "'");
+  else if (pins.empty() && !configured)
     context.progress.warn("the object is not pinned and will fall (give --pin-below, or pinned regions in scene.json)");
   return {{"samples", file.samples.size()},
           {"particles", particles},

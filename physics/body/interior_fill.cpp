@@ -32,7 +32,7 @@ class CellSearch {
       : nearest_(surface), winding_(winding), low_(low), h_(h), margin_(margin) {}
 
   std::vector<Cell> find(int levels) {
-    split(0, 0, 0, 1 << levels);
+    if (!winding_.empty()) split(0, 0, 0, 1 << levels);
     return std::move(cells_);
   }
 
@@ -147,18 +147,23 @@ std::vector<Surfel> select(const std::vector<Surfel>& surfels, const std::vector
 
 float sheet_thickness(const Surfel& s) { return std::max(s.thickness, 0.05f * std::sqrt(s.sheet_area)); }
 
-/// Points about `step` apart across the uniform ellipse that has the variance of a surfel's Gaussian.
+/// Points about `step` apart across the uniform ellipse that has the variance of a surfel's Gaussian, in a strand along
+/// its axis as well.
 void points_across(const Surfel& s, float step, std::vector<Vec3f>& points) {
-  constexpr float kRadius = 2;  // standard deviations
-  constexpr int kMost = 64;     // points to either side of the middle
+  constexpr float kRadius = 2;                   // standard deviations
+  const int most = s.along.isZero(0) ? 64 : 16;  // points to either side of the middle
   points.clear();
-  int count[2];
-  for (int a = 0; a < 2; ++a)
-    count[a] = std::min(kMost, static_cast<int>(std::lround(kRadius * s.extent[a].norm() / step)));
+  const auto count_along = [&](const Vec3f& axis) {
+    return std::min(most, static_cast<int>(std::lround(kRadius * axis.norm() / step)));
+  };
+  const int count[3] = {count_along(s.extent[0]), count_along(s.extent[1]), count_along(s.along)};
   for (int i = -count[0]; i <= count[0]; ++i)
     for (int j = -count[1]; j <= count[1]; ++j) {
       const float u = static_cast<float>(i) / std::max(count[0], 1), v = static_cast<float>(j) / std::max(count[1], 1);
-      if (u * u + v * v <= 1) points.push_back(s.position + kRadius * (u * s.extent[0] + v * s.extent[1]));
+      if (u * u + v * v > 1) continue;
+      const Vec3f middle = s.position + kRadius * (u * s.extent[0] + v * s.extent[1]);
+      for (int k = -count[2]; k <= count[2]; ++k)
+        points.push_back(middle + kRadius * static_cast<float>(k) / std::max(count[2], 1) * s.along);
     }
 }
 
@@ -263,7 +268,7 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
   add_uncovered(surfels, samples, thin);
   sample_sheets(select(surfels, thin), low, h, samples);
   if (samples.size() == 0)
-    throw usage_error("seed", "object", "has no volume", "select an object with more than a few Gaussians");
+    throw usage_error("seed", "object", "has no volume", "select an object whose Gaussians lie apart");
   if (summary) {
     *summary = {};
     summary->volume = samples.total_volume();

@@ -8,7 +8,7 @@ namespace pliant {
 struct FillOptions {
   int target_count = 40000;        ///< samples, approximately
   float opacity_threshold = 0.1f;  ///< Gaussians below this opacity do not bound the solid
-  int max_cells = 256;             ///< finest cell: longest side / max_cells
+  int max_cells = 512;             ///< finest cell: longest side / max_cells
   int max_surfels = 50000;         ///< more Gaussians than this are thinned out
   float outset = 0;  ///< the surface lies this far outside of the Gaussians' centres (silhouette_outset.h)
   uint64_t seed = 0;

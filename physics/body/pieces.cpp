@@ -37,13 +37,15 @@ bool belong_together(const Look& a, const Look& b, const Vec3f& along) {
 /// Finds the gaps between the pieces of samples and says which of them are bridged.
 class Gaps {
  public:
-  Gaps(const BridgeOptions& options, const GaussianCloud& object, const SolidSamples& samples)
+  /// `shown` holds the centres of the object's Gaussians.
+  Gaps(const BridgeOptions& options, const GaussianCloud& object, const NearestPoints& shown,
+       const SolidSamples& samples)
       : options_(options),
         object_(object),
+        shown_(shown),
         samples_(samples),
         pieces_(find_pieces(samples.position, samples.volume, options.step)),
-        all_(samples.position),
-        shown_(object.position) {}
+        all_(samples.position) {}
 
   size_t pieces() const { return pieces_.size(); }
 
@@ -109,10 +111,47 @@ class Gaps {
 
   const BridgeOptions& options_;
   const GaussianCloud& object_;
+  const NearestPoints& shown_;
   const SolidSamples& samples_;
   Pieces pieces_;
-  NearestPoints all_, shown_;
+  NearestPoints all_;
 };
+
+/// Whether `x` lies in a visible Gaussian, or within `tolerance` of it.
+bool is_covered(const GaussianCloud& object, const NearestPoints& shown, const Vec3f& x, float tolerance) {
+  constexpr int kNearest = 10;
+  constexpr float kReach = 2, kVisible = 0.1f;  // standard deviations; opacity
+  std::vector<NearestPoints::Hit> hits;
+  shown.query(x, kNearest, hits);
+  return std::any_of(hits.begin(), hits.end(), [&](const NearestPoints::Hit& hit) {
+    const int g = hit.index;
+    const Vec3f d = rotation_matrix<float>(object.rotation[g]).transpose() * (x - object.position[g]);
+    const Vec3f radius = (kReach * object.log_scale[g].array().exp()).max(tolerance);
+    return sigmoid(object.opacity_logit[g]) >= kVisible && (d.array() / radius.array()).matrix().squaredNorm() <= 1;
+  });
+}
+
+/// Adds samples half of `step` apart across a gap.  What Gaussians cover of it the samples at its ends stand for, so
+/// they share their volume with it; what they do not has the cross-section of the ends.
+void bridge(const Gap& gap, const GaussianCloud& object, const NearestPoints& shown, float step,
+            SolidSamples& samples) {
+  const Vec3f a = samples.position[gap.from], b = samples.position[gap.to];
+  const int count = static_cast<int>(gap.length / (0.5f * step));
+  std::vector<uint8_t> covered;
+  for (int k = 1; k <= count; ++k) {
+    samples.position.push_back(a + (b - a) * static_cast<float>(k) / static_cast<float>(count + 1));
+    covered.push_back(is_covered(object, shown, samples.position.back(), 0.5f * samples.spacing));
+    if (samples.thickness.empty()) continue;
+    const float one = samples.thickness[gap.from], other = samples.thickness[gap.to];
+    samples.thickness.push_back(one > 0 && other > 0 ? std::min(one, other) : std::max(one, other));
+  }
+  const float mean = 0.5f * (samples.volume[gap.from] + samples.volume[gap.to]);
+  const float kept = 2 / static_cast<float>(2 + std::count(covered.begin(), covered.end(), 1));
+  const float missing = mean * gap.length / static_cast<float>(count + 1) / samples.spacing;
+  samples.volume[gap.from] *= kept;
+  samples.volume[gap.to] *= kept;
+  for (const uint8_t there : covered) samples.volume.push_back(there ? kept * mean : missing);
+}
 
 /// Joins the points that are at most `reach` apart.  All points of a cell are, and of two cells that hang together no
 /// pair needs to be looked at any more.
@@ -167,23 +206,15 @@ Pieces find_pieces(std::span<const Vec3f> points, std::span<const float> weight,
 }
 
 BridgeSummary bridge_gaps(const BridgeOptions& options, const GaussianCloud& object, SolidSamples& samples) {
+  CHECK(samples.spacing > 0);
   constexpr int kRounds = 8;  // each at least halves the pieces that can be joined
   BridgeSummary summary;
   const size_t before = samples.size();
+  const NearestPoints shown(object.position);
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Gap> gaps = Gaps(options, object, samples).bridged();
+    const std::vector<Gap> gaps = Gaps(options, object, shown, samples).bridged();
     if (gaps.empty()) break;
-    for (const Gap& gap : gaps) {
-      const Vec3f a = samples.position[gap.from], b = samples.position[gap.to];
-      const int count = static_cast<int>(gap.length / (0.5f * options.step));
-      for (int k = 1; k <= count; ++k) {
-        samples.position.push_back(a + (b - a) * static_cast<float>(k) / static_cast<float>(count + 1));
-        samples.volume.push_back(0.5f * (samples.volume[gap.from] + samples.volume[gap.to]));
-        if (samples.thickness.empty()) continue;
-        const float one = samples.thickness[gap.from], other = samples.thickness[gap.to];
-        samples.thickness.push_back(one > 0 && other > 0 ? std::min(one, other) : std::max(one, other));
-      }
-    }
+    for (const Gap& gap : gaps) bridge(gap, object, shown, options.step, samples);
     summary.bridges += static_cast<int>(gaps.size());
   }
   summary.samples = samples.size() - before;

@@ -29,7 +29,8 @@ struct BridgeSummary {
 
 /// Adds samples across the gaps between pieces that belong together, as the gaps of a leaf that few long Gaussians
 /// show: every piece is joined to the nearest other one that is near enough.  Both sides of a gap look and face alike
-/// if the Gaussians there have like colours and the gap runs along the surface of both.
+/// if the Gaussians there have like colours and the gap runs along the surface of both.  Volume is added only where no
+/// visible Gaussian lies.
 BridgeSummary bridge_gaps(const BridgeOptions& options, const GaussianCloud& object, SolidSamples& samples);
 
 }  // namespace pliant

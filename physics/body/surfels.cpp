@@ -9,6 +9,7 @@
 #include "gaussians/base/portable.h"
 #include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
+#include "physics/body/strands.h"
 
 namespace pliant {
 namespace {
@@ -27,6 +28,7 @@ class DiscGrid {
       box_.add(surfels[i].position + Vec3f::Constant(radius[i]));
     }
     cell_ = std::max(1.5f * quantile(radius, 0.5), box_.size().maxCoeff() / kMaxSide);
+    if (!(cell_ > 0)) cell_ = 1;  // points at one place
     for (int a = 0; a < 3; ++a) side_[a] = static_cast<int>(box_.size()[a] / cell_) + 1;
     // Counting sort of (cell, disc) pairs.
     begin_.assign(static_cast<size_t>(side_[0]) * side_[1] * side_[2] + 1, 0);
@@ -103,6 +105,16 @@ class DiscGrid {
   std::vector<int> begin_, cursor_, disc_;
 };
 
+/// A piece of a round rod with the volume of the strand.
+void make_rod(const Strand& strand, Surfel& s) {
+  s.along = strand.along;
+  for (int a = 0; a < 2; ++a) s.extent[a] = strand.across[a];
+  s.normal = strand.across[0].normalized();
+  s.side = 0;
+  s.thickness = strand.diameter();
+  s.area = s.sheet_area = kPi / 4 * strand.diameter() * strand.length;
+}
+
 /// Directions spread evenly over the sphere (spherical Fibonacci).
 std::vector<Vec3f> sphere_directions(int count) {
   std::vector<Vec3f> directions;
@@ -164,6 +176,7 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
   const NearestPoints tree(position);
   std::vector<Surfel> surfels(n);
   std::vector<float> radius(n);
+  std::vector<std::optional<Strand>> strand(n);
   parallel_for(
       n,
       [&](std::ptrdiff_t i) {
@@ -190,9 +203,12 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
         // Discs of this radius cover a surface that is sampled at random; none reaches far beyond its own Gaussian.
         radius[i] = kReach * std::sqrt(covariance[i].trace());
         if (hits.size() > 1) radius[i] = std::min(radius[i], 0.7f * hits.back().distance);
+        strand[i] = strand_at(static_cast<int>(i), position, covariance, tree, hits);
       },
       256);
   orient(surfels, radius);
+  for (std::ptrdiff_t i = 0; i < n; ++i)
+    if (strand[i]) make_rod(*strand[i], surfels[i]);
 
   std::optional<NearestPoints> outside;
   if (options.outset != 0) {
@@ -204,6 +220,7 @@ std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianClo
   parallel_for(
       n,
       [&](std::ptrdiff_t i) {
+        if (strand[i]) return;
         thread_local std::vector<NearestPoints::Hit> hits;
         moved.query(position[i], 3 * kNeighbours, hits);
         // sigma_1 sigma_2 of a flat Gaussian, from the second invariant of its covariance.

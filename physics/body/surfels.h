@@ -13,8 +13,10 @@ struct Surfel {
   float sheet_area = 0;    ///< the same if it is part of a thin sheet, whose two sides are one
   float side = 0;          ///< share of rays that escape in front minus that behind; near 0 for a sheet
   Vec3f extent[2] = {Vec3f::Zero(), Vec3f::Zero()};  ///< its Gaussian's two largest principal axes, each as long as one
-                                                     ///< standard deviation
-  float thickness = 0;  ///< of the layer of Gaussians around it, that of a slab with their spread
+                                                     ///< standard deviation; those across, if it is part of a strand
+  Vec3f along = Vec3f::Zero();  ///< the same along the strand that it is part of (strands.h); zero = of none
+  float thickness = 0;  ///< of the layer of Gaussians around it, that of a slab with their spread; of a strand, so that
+                        ///< its volume is sheet_area * thickness
 
   /// Surfels that are equally open on both sides bound nothing.
   bool one_sided() const { return side >= 0.2f; }
@@ -30,7 +32,7 @@ struct SurfelOptions {
 /// Surfels of the visible Gaussians.  Normals are the least principal axis of the neighbours' mean covariance where
 /// they are flat, else of their spread as well; their sides chosen by how far rays get on either side, areas come from
 /// the distance of the k-th neighbour on the same side and what is covered of the disc up to it, and do not exceed the
-/// Gaussian's own.
+/// Gaussian's own.  Strands that are one Gaussian thick are round rods, which bound nothing.
 std::vector<Surfel> make_surfels(const SurfelOptions& options, const GaussianCloud& cloud);
 
 }  // namespace pliant

@@ -11,7 +11,8 @@ namespace pliant {
 class WindingNumber {
  public:
   explicit WindingNumber(const std::vector<Surfel>& surfels);
-  float at(const Vec3f& x) const { return nodes_.empty() ? 0.0f : at(0, x) / (4 * 3.14159265f); }
+  bool empty() const { return nodes_.empty(); }  ///< no surfel bounds anything
+  float at(const Vec3f& x) const { return empty() ? 0.0f : at(0, x) / (4 * 3.14159265f); }
 
  private:
   struct Disc {

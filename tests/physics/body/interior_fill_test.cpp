@@ -153,10 +153,11 @@ TEST(InteriorFill, IsRepeatable) {
   EXPECT_TRUE(a.position == b.position && a.volume == b.volume);
 }
 
-TEST(InteriorFill, AnInvisibleObjectIsAUsageError) {
-  GaussianCloud cloud = cylinder(0.1, 0.3, 200, true);
+TEST(InteriorFill, AnInvisibleObjectAndOneWithoutExtentAreUsageErrors) {
+  GaussianCloud cloud = cylinder(0.1, 0.3, 200, true), same = cloud;
   for (float& opacity : cloud.opacity_logit) opacity = -9;
-  for (const GaussianCloud& bad : {cloud, GaussianCloud{}}) {
+  for (Vec3f& x : same.position) x = Vec3f(1, 2, 3);
+  for (const GaussianCloud& bad : {cloud, GaussianCloud{}, same}) {
     try {
       fill_interior({}, bad);
       FAIL() << "no error";

@@ -84,6 +84,36 @@ TEST(Bridges, CloseAGapAlongASurfaceOfOneLook) {
   for (size_t i = cloud.size(); i < samples.size(); ++i) EXPECT_NEAR(samples.position[i].z(), 0, 1e-6);
 }
 
+TEST(Bridges, HaveTheCrossSectionOfWhatTheyJoinAndOnlyWhereNoGaussianLies) {
+  GaussianCloud cloud;
+  add_leaf(0, 0.3f, 0, kGreen, cloud);
+  add_leaf(0.4f, 0.2f, 0, kGreen, cloud);
+  SolidSamples samples = samples_at(cloud);
+  const double volume = samples.total_volume();
+  bridge_gaps(kBridge, cloud, samples);
+  // Four rows of samples .01 apart of 1e-6 each; the gap is .1 long, of which the Gaussians on either side reach over
+  // .02.
+  const double section = 4 * 1e-6 / 0.01;
+  EXPECT_NEAR(samples.total_volume() - volume, 0.06 * section, 0.25 * 0.06 * section);
+}
+
+// Samples far apart in what the Gaussians show as one surface: it hangs together without a change of its mass.
+TEST(Bridges, AddNoVolumeBetweenSamplesOfOneGaussian) {
+  GaussianCloud cloud;
+  add_leaf(0, 0.5f, 0, kGreen, cloud);
+  SolidSamples samples;
+  samples.spacing = 0.02f;
+  for (float x = 0; x < 0.5f; x += 0.03f)
+    for (const float y : {-0.03f, 0.0f, 0.03f}) samples.position.push_back(Vec3f(x, y, 0));
+  for (size_t i = 0; i < samples.size(); ++i) samples.volume.push_back(1e-6f * static_cast<float>(1 + i % 3));
+  const double volume = samples.total_volume();
+  ASSERT_EQ(pieces_of(samples, kStep), samples.size());
+  bridge_gaps(kBridge, cloud, samples);
+  EXPECT_EQ(pieces_of(samples, kStep), 1u);
+  EXPECT_NEAR(samples.total_volume(), volume, 1e-5 * volume);
+  for (const float v : samples.volume) EXPECT_GT(v, 0);
+}
+
 TEST(Bridges, DoNotJoinWhatLooksOrFacesAnotherWayOrIsFar) {
   const auto joined = [](float begin, float height, const Vec3f& color) {
     GaussianCloud cloud;
