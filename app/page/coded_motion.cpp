@@ -1,5 +1,6 @@
 #include "app/page/coded_motion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -27,10 +28,20 @@ bool code(size_t frames, size_t count, double step, const Get& get, std::vector<
   return true;
 }
 
+/// A step with which the largest number has 16 bits.
+template <class Get>
+double finest_step(size_t frames, size_t count, const Get& get) {
+  double largest = 0;
+  for (size_t t = 0; t < frames; ++t)
+    for (size_t k = 0; k < count; ++k) largest = std::max(largest, std::abs(get(t, k)));
+  return largest > 0 ? largest / std::numeric_limits<int16_t>::max() : 1;
+}
+
 /// The smallest power of two times `step` with which all residuals fit.
 template <class Get>
 double code_with_step(size_t frames, size_t count, double step, const Get& get, std::vector<int16_t>& out) {
   constexpr int kDoublings = 64;
+  if (!(step > 0)) step = finest_step(frames, count, get);
   for (int k = 0; k < kDoublings; ++k, step *= 2)
     if (code(frames, count, step, get, out)) return step;
   throw input_error("trajectory.h5", "position", "holds numbers without bound", "simulate again");

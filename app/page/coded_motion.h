@@ -18,7 +18,7 @@ struct CodedMotion {
 };
 
 struct MotionCoding {
-  double position_step = 1e-3;  ///< scene units; raised where residuals would not fit into 16 bits
+  double position_step = 1e-3;  ///< scene units; raised where residuals would not fit into 16 bits; 0 = the finest
   double gradient_step = 1e-2;
 
   bool operator==(const MotionCoding&) const = default;

@@ -102,6 +102,26 @@ json rules_json(const ExtractResult& result) {
   return rows;
 }
 
+/// Height of the object along up, scene units: that of its Gaussians' centres, or where these lie level what the
+/// Gaussians measure themselves.
+double height_of(const GaussianCloud& object, const Vec3d& up) {
+  constexpr double kReach = 4;      // standard deviations from end to end of a Gaussian
+  constexpr double kLeast = 0.001;  // of the object's diagonal
+  const Framing framing = robust_framing(object, up);
+  const Vec3f vertical = up.normalized().cast<float>();
+  std::vector<float> size(object.size()), opacity(object.size());
+  for (size_t i = 0; i < object.size(); ++i) {
+    const Vec3f scale = object.log_scale[i].array().exp();
+    size[i] = (rotation_matrix<float>(object.rotation[i]).transpose() * vertical).cwiseProduct(scale).norm();
+    opacity[i] = sigmoid(object.opacity_logit[i]);
+  }
+  const double height = std::max({framing.high.z() - framing.low.z(), kReach * weighted_percentile(size, opacity, 0.5),
+                                  kLeast * framing.diagonal()});
+  if (!(height > 0))
+    throw usage_error("extract", "object", "has no extent", "choose one whose Gaussians have a size or lie apart");
+  return height;
+}
+
 json vector_json(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 
 json extract_object(const Context& context, const RunDirectory& run, const StageInputs<ExtractStage>& in,
@@ -131,8 +151,7 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   render.antialiased = scene.report.antialiased;
   write_image(run / "extract.png", extract_sheet(result, scene.cloud, scene.up, render));
 
-  const Framing framing = robust_framing(object, scene.up);
-  const double height = framing.high.z() - framing.low.z();
+  const double height = height_of(object, scene.up);
   context.progress.say("extract: " + result.summary.describe());
   json summary = {{"id", id},
                   {"name", name},

@@ -107,6 +107,24 @@ TEST(CodedMotion, EveryFrameLiesWithinHalfAStepHoweverFast) {
   EXPECT_THROW(code_motion({}, rest, broken), Error);
 }
 
+// As of an object of one Gaussian, whose places span nothing.
+TEST(CodedMotion, WithoutAStepHasTheFinestThatFits) {
+  const std::vector<Vec3f> rest = {Vec3f(1, 2, 3), Vec3f(-1, 0, 2)};
+  std::vector<DriverFrame> frames;
+  for (int t = 0; t < 10; ++t) {
+    const Vec3f moved = Vec3f(std::sin(0.7f * static_cast<float>(t)), 0.3f, 0);
+    frames.push_back({{rest[0] + moved, rest[1] - moved}, std::vector<Mat3f>(2, Mat3f::Identity())});
+  }
+  const CodedMotion coded = code_motion({0, 0}, rest, frames);
+  EXPECT_GT(coded.position_step, 0);
+  EXPECT_LT(coded.position_step, 1e-3);
+  EXPECT_GT(coded.gradient_step, 0) << "of what does not change";
+  for (size_t t = 0; t < frames.size(); ++t)
+    for (size_t i = 0; i < rest.size(); ++i)
+      EXPECT_LT((decoded(coded, rest, t).position[i] - frames[t].position[i]).cwiseAbs().maxCoeff(),
+                0.501 * coded.position_step + 1e-6);
+}
+
 TEST(ClipFile, ArraysBeginAtMultiplesOfFourAndSayTheirShape) {
   ClipFile file;
   const std::vector<uint8_t> three = {1, 2, 3};
