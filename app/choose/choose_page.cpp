@@ -3,19 +3,15 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/choose/choose_assets.h"
 #include "app/report/html.h"
 #include "app/segment/objects_file.h"
-#include "gaussians/base/embed.h"
 #include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/webp.h"
 #include "gaussians/render/render.h"
 #include "segmentation/sheets/objects_sheet.h"
-
-// The paths of the files.
-PLIANT_EMBED(pliant_choose_page, PLIANT_CHOOSE_PAGE);
-PLIANT_EMBED(pliant_pages_style, PLIANT_PAGES_STYLE);
 
 namespace pliant {
 using nlohmann::json;
@@ -98,14 +94,15 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
 }
 
 LocalServer::Page choose_page(const json& data) {
-  std::string html(pliant_choose_page_begin, static_cast<size_t>(pliant_choose_page_end - pliant_choose_page_begin));
+  std::string html(choose_template());
+  fill_mark(html, "/*CHOOSE_STYLE*/", std::string(choose_style()));
+  fill_mark(html, "/*SCRIPT*/", in_script(std::string(choose_script())));
   fill_mark(html, "/*DATA*/", in_script(data.dump(-1, ' ', false, json::error_handler_t::replace)));
   return styled_page(std::move(html));
 }
 
 LocalServer::Page styled_page(std::string html) {
-  fill_mark(html, "/*STYLE*/",
-            {pliant_pages_style_begin, static_cast<size_t>(pliant_pages_style_end - pliant_pages_style_begin)});
+  fill_mark(html, "/*STYLE*/", std::string(pages_style()));
   return {
       "text/html; charset=utf-8", std::move(html),
       "default-src 'none'; connect-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "

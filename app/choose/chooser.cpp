@@ -3,12 +3,10 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/choose/opener.h"
 #include "app/live/live_view.h"
-#include "app/live/message_fields.h"
 #include "app/segment/edit_stage.h"
 #include "app/segment/prepared_scene_file.h"
 #include "app/segment/segment_stage.h"
@@ -19,88 +17,10 @@ using nlohmann::json;
 
 namespace {
 
-constexpr size_t kMostMarks = 200, kLongestMark = 20'000, kLongestLabel = 100;  // characters
-constexpr const char* kDescribed = "app/choose/chooser.h";
-constexpr int kMostCameras = 1'000'000;
 constexpr double kSimulated = 0.1;                   // s, of the motion that the page begins with
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
 
-Error wrong(const std::string& field, const std::string& problem) {
-  return usage_error("message", field, problem, std::string("see ") + kDescribed);
-}
-
-std::vector<std::string> marks_of(const json& select, const char* field) {
-  std::vector<std::string> out;
-  if (!select.contains(field)) return out;
-  if (!select[field].is_array() || select[field].size() > kMostMarks) throw wrong(field, "is not a list of marks");
-  for (const json& mark : select[field]) out.push_back(short_text(mark, field, kLongestMark));
-  return out;
-}
-
-/// The object that a request names, with its text in `field`.
-void read_object(const json& value, const char* field, ChooseRequest& out) {
-  if (!value.is_object() || !value.contains("object")) throw wrong(field, "names no object");
-  out.object = static_cast<uint32_t>(whole_number(value["object"], "object", 0, UINT32_MAX));
-  if (value.contains(field)) out.label = short_text(value[field], field, kLongestLabel);
-}
-
-int camera_number(const json& value, const char* field) {
-  return static_cast<int>(whole_number(value, field, 0, kMostCameras));
-}
-
-const char* name_of(ChooseRequest::Kind kind) {
-  switch (kind) {
-    case ChooseRequest::Kind::kSelect:
-      return "select";
-    case ChooseRequest::Kind::kFind:
-      return "find";
-    case ChooseRequest::Kind::kMake:
-      return "make";
-    case ChooseRequest::Kind::kName:
-      return "name";
-    case ChooseRequest::Kind::kHover:
-      return "hover";
-    case ChooseRequest::Kind::kCancel:
-      break;
-  }
-  return "cancel";
-}
-
 }  // namespace
-
-ChooseRequest parse_choose_request(std::string_view text) {
-  const json all = parse_message(text, kDescribed);
-  if (all.size() != 1) throw wrong("", "is not one request");
-  const std::string& name = all.begin().key();
-  const json& value = all.begin().value();
-  ChooseRequest out;
-  if (name == "select") {
-    if (!value.is_object()) throw wrong(name, "is not an object");
-    out.kind = ChooseRequest::Kind::kSelect;
-    out.marks = {marks_of(value, "boxes"), marks_of(value, "clicks"), marks_of(value, "strokes")};
-    if (value.contains("grow"))
-      out.marks.grow = static_cast<int>(whole_number(value["grow"], "grow", -Gesture::kMaxGrow, Gesture::kMaxGrow));
-    if (out.marks.empty() && out.marks.grow != 0) throw wrong("grow", "has no marks to grow");
-    if (value.contains("camera")) out.camera = camera_number(value["camera"], "camera");
-  } else if (name == "hover") {
-    if (!value.is_array() || value.size() != 3) throw wrong(name, "is not a camera and a pixel");
-    out.kind = ChooseRequest::Kind::kHover;
-    out.camera = camera_number(value[0], "hover");
-    out.pixel = Vec2f(finite_number(value[1], "hover"), finite_number(value[2], "hover"));
-  } else if (name == "make") {
-    out.kind = ChooseRequest::Kind::kMake;
-    read_object(value, "label", out);
-  } else if (name == "name") {
-    out.kind = ChooseRequest::Kind::kName;
-    read_object(value, "name", out);
-    if (out.label.empty()) throw wrong(name, "has no name");
-  } else if ((name == "find" || name == "cancel") && value == true) {
-    out.kind = name == "find" ? ChooseRequest::Kind::kFind : ChooseRequest::Kind::kCancel;
-  } else {
-    throw wrong(name, "is not known");
-  }
-  return out;
-}
 
 /// A browser that shows the choice.
 class Chooser::Visitor : public Client {
@@ -165,9 +85,9 @@ void Chooser::receive(const std::string& text, Connection& from) {
         selecting_->hover(request.camera, request.pixel);
       return;
     }
-    if (request_) throw wrong("", "was sent while another request is in progress; wait, or cancel it");
+    if (request_) throw refused_request("", "was sent while another request is in progress; wait, or cancel it");
     if (keeping_ && request.object != 0)
-      throw wrong("object", "has no meaning now: the objects are being replaced; choose again");
+      throw refused_request("object", "has no meaning now: the objects are being replaced; choose again");
     cancelled_ = false;
     if (request.kind == ChooseRequest::Kind::kSelect) return select(request);
     request_ = request;
@@ -208,7 +128,7 @@ void Chooser::await_answer() {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [&] { return ended_ || cancelled_ || !asked_ || !selecting_; });
   if (ended_ || cancelled_) throw Error(Failure::kInterrupted, "view", "", "interrupted", "select again");
-  if (asked_) throw wrong("select", "cannot be answered: the scene could not be prepared");
+  if (asked_) throw refused_request("select", "cannot be answered: the scene could not be prepared");
   if (!failed_.empty()) throw std::runtime_error(failed_);
 }
 

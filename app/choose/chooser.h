@@ -7,13 +7,19 @@
 #include <optional>
 #include <thread>
 
+#include "app/choose/choose_request.h"
 #include "app/choose/selecting.h"
 #include "app/live/live_site.h"
 #include "app/predict/prepare_object.h"
 
 namespace pliant {
 
-/// What a client of the choice of an object asks for: a JSON object with one of
+/// The choice of an object in the browser.  Marks are answered at once; what is written to the run directory is, in a
+/// thread of its own, one request at a time, by the stages of the commands: what is done stays, and a command goes on
+/// from it.  A chosen object is extracted, its material predicted, and a few frames are simulated; then the site shows
+/// it to be moved, and the hole is repaired.
+///
+/// A client sends a JSON object with one of
 ///   "select": {"boxes": [...], "clicks": [...], "strokes": [...], "grow": n, "camera": N}   select the object behind
 ///                                                   these marks, as `pliant segment` does; each may be left out;
 ///                                                   answered at once, see selecting.h, and written when no other marks
@@ -30,22 +36,6 @@ namespace pliant {
 /// Answers, to all clients: {"busy": what, or ""}, {"progress": {"text", "fraction"}}, {"said", "warning"},
 /// {"failed": text}, and {"reload": true} where the address now shows something else; to the one, {"error": text}.
 /// Pages that move the object are told {"said": text} when its hole is repaired.
-struct ChooseRequest {
-  enum class Kind { kSelect, kHover, kFind, kMake, kName, kCancel };
-  Kind kind = Kind::kCancel;
-  Marks marks;
-  int camera = 0;
-  Vec2f pixel = Vec2f::Zero();  ///< of the camera
-  uint32_t object = 0;
-  std::string label;  ///< or the name
-};
-/// Throws Error{kUsage} where the text is anything else.
-ChooseRequest parse_choose_request(std::string_view text);
-
-/// The choice of an object in the browser.  Marks are answered at once; what is written to the run directory is, in a
-/// thread of its own, one request at a time, by the stages of the commands: what is done stays, and a command goes on
-/// from it.  A chosen object is extracted, its material predicted, and a few frames are simulated; then the site shows
-/// it to be moved, and the hole is repaired.
 class Chooser {
  public:
   /// Of a segmented run; `stages` are those that make an object ready.  Context, run and site must outlive it; clients

@@ -7,9 +7,11 @@
 #include "app/import/gaussian_grouping.h"
 #include "app/import/physgaussian_space.h"
 #include "app/run/physdreamer_scene.h"
+#include "app/segment/associated_masks.h"
 #include "app/segment/automatic_objects.h"
 #include "app/segment/grouping_objects.h"
 #include "app/segment/label_choice.h"
+#include "app/segment/object_source.h"
 #include "app/segment/objects_file.h"
 #include "app/segment/prepared_scene_file.h"
 #include "app/segment/prompted_masks.h"
@@ -18,12 +20,9 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/reconstruct/training_photos.h"
-#include "segmentation/associate/associate.h"
-#include "segmentation/associate/gaga.h"
 #include "segmentation/field/islands.h"
 #include "segmentation/field/known_labels.h"
 #include "segmentation/field/semantic_field.h"
-#include "segmentation/labelling/label_set.h"
 #include "segmentation/labels/mask_layouts.h"
 #include "segmentation/select/selection.h"
 #include "segmentation/sheets/selection_sheet.h"
@@ -32,14 +31,6 @@ namespace pliant {
 using nlohmann::json;
 
 namespace {
-
-std::optional<SelectionShape> selection_of(const SegmentStage& stage) {
-  if (!stage.aabb.empty() && !stage.sphere.empty())
-    throw usage_error("--sphere", "", "was given together with --aabb", "give one of them");
-  if (!stage.aabb.empty()) return SelectionShape::from_aabb(stage.aabb);
-  if (!stage.sphere.empty()) return SelectionShape::from_sphere(stage.sphere);
-  return std::nullopt;
-}
 
 /// What the gestures in `cameras` select [N]; writes selection.png, from `sides` when there are some.
 std::vector<uint8_t> gesture_members(const Context& context, const RunDirectory& run, const Scene& scene,
@@ -75,55 +66,6 @@ Segmentation selected_object(const Context& context, const Scene& scene, const s
   return segmentation_of_members(option, member, scene.cloud, scene.cameras, scene.report.antialiased);
 }
 
-/// Masks whose ids hold in all views.
-MaskSet associated_masks(const Context& context, const Scene& scene, const SegmentStage& stage,
-                         const SemanticOptions& semantic, const std::filesystem::path& folder) {
-  // Names that lie beside the masks may be those of things in single photos, as `label` writes them.
-  const bool labelled = std::filesystem::exists(folder / "labels.json");
-  MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
-  if (!stage.mask_zero.empty()) label_background(masks);
-  if (stage.associate == "never" || stage.label.track) return masks;
-  const MaskSet as_labelled = masks;
-  const uint32_t rest = labelled ? take_out_rest(masks) : 0;
-  MaskSet associated;
-  if (stage.associate == "gaga") {
-    GagaResult result = associate_by_centres({.held_out = semantic.held_out}, scene.cloud, scene.cameras, masks);
-    context.progress.say("segment: association: " + result.summary.describe());
-    associated = std::move(result.masks);
-  } else {
-    AssociateOptions options;
-    options.held_out = semantic.held_out;
-    options.footprint.render = semantic.render;
-    // What `label` has just made holds in single photos, whatever of it agrees.
-    if (stage.associate == "auto" && !labels_photos(stage)) options.keep_above = 0.75;
-    AssociateResult result = associate(options, scene.cloud, scene.cameras, masks);
-    if (!result.summary.associated) return as_labelled;
-    context.progress.say("segment: association: " + result.summary.describe());
-    associated = std::move(result.masks);
-  }
-  if (labelled) associated.names = carried_names(masks, associated);
-  if (rest != 0) put_back_rest(as_labelled, rest, associated);
-  return associated;
-}
-
-/// How the objects are found, for objects.json.
-std::string origin_of(const SegmentStage& stage, bool by_roles) {
-  std::string how = by_roles ? "PhysDreamer's point files" : "";
-  const auto add = [&](bool given, const char* name) {
-    how += given ? (how.empty() ? "" : ", ") + std::string(name) : "";
-  };
-  add(!stage.physgaussian.empty(), "PhysGaussian configuration");
-  add(!stage.boxes.empty(), "box");
-  add(!stage.clicks.empty(), "click");
-  add(!stage.strokes.empty(), "stroke");
-  add(!stage.aabb.empty(), "aabb");
-  add(!stage.sphere.empty(), "sphere");
-  add(stage.joint, "joint training");
-  add(!stage.gaussian_grouping.empty(), "Gaussian Grouping");
-  add(prompts_segmenter(stage), "segmenter");
-  return how.empty() ? "masks" : how;
-}
-
 /// held_out/<camera>.png of the cameras that were not learnt from.
 void write_held_out(const RunDirectory& run, const Scene& scene, const SemanticOptions& options,
                     const Segmentation& segmentation) {
@@ -144,54 +86,6 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
   return segmentation;
 }
 
-/// Where the objects come from.
-enum class Source { kMasks, kAutomatic, kJoint, kGrouping, kConfiguration, kPointFiles, kSegmenter, kGesture, kShape };
-
-/// Whether the attribute is learnt from masks; otherwise the label of every Gaussian is known.
-bool learns(Source source) {
-  return source == Source::kMasks || source == Source::kSegmenter || source == Source::kJoint;
-}
-
-/// Whether there is one object, whose name the scene file cannot know.
-bool selects(Source source) {
-  return source == Source::kConfiguration || source == Source::kPointFiles || source == Source::kSegmenter ||
-         source == Source::kGesture || source == Source::kShape;
-}
-
-/// What is asked for, where it can be.
-Source source_of(const Scene& scene, const SegmentStage& stage) {
-  const bool gesture = !stage.boxes.empty() || !stage.clicks.empty() || !stage.strokes.empty();
-  const bool shape = selection_of(stage).has_value(), grouping = !stage.gaussian_grouping.empty();
-  const bool configured = !stage.physgaussian.empty(), labelling = labels_photos(stage);
-  if (configured && (shape || gesture))
-    throw usage_error("--physgaussian", stage.physgaussian, "was given together with a selection",
-                      "its sim_area selects the object");
-  const bool asked =
-      shape || gesture || configured || grouping || stage.automatic || stage.joint || !stage.masks.empty() || labelling;
-  const bool by_roles = !asked && physdreamer_folder(scene);
-  const bool selecting = shape || gesture || configured || by_roles;
-  if (stage.joint && selecting)
-    throw usage_error("--joint", "", "was given together with a selection",
-                      "joint training needs masks; give --masks FOLDER");
-  if (grouping && (selecting || stage.joint || !stage.masks.empty()))
-    throw usage_error("--gaussian-grouping", stage.gaussian_grouping, "was given together with masks or a selection",
-                      "its classifier defines the objects");
-  if (labelling && (selecting || grouping || stage.automatic || stage.joint || !stage.masks.empty())) {
-    const TypedOption typed = labelling_option(stage.label);
-    throw usage_error(typed.name, typed.value,
-                      "was given together with --masks, --auto, --joint, --gaussian-grouping or a selection",
-                      "leave one of them out: it makes masks of the photos");
-  }
-  const bool masks = labelling || !stage.masks.empty() || !scene.settings.masks.empty();
-  if (grouping) return Source::kGrouping;
-  if (segments_automatically(stage, selecting, masks)) return Source::kAutomatic;
-  if (stage.joint) return Source::kJoint;
-  if (configured) return Source::kConfiguration;
-  if (by_roles) return Source::kPointFiles;
-  if (prompts_segmenter(stage)) return Source::kSegmenter;
-  return gesture ? Source::kGesture : shape ? Source::kShape : Source::kMasks;
-}
-
 SemanticOptions semantic_options(const StageInputs<SegmentStage>& in, uint64_t seed) {
   const SegmentStage& stage = in.options;
   SemanticOptions options;
@@ -209,7 +103,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
                    const std::vector<Camera>& sides, const std::string& provenance) {
   const SegmentStage& stage = in.options;
   const Scene& scene = in.scene;
-  const Source source = source_of(scene, stage);
+  const ObjectSource source = source_of(scene, stage);
   const SemanticOptions options = semantic_options(in, context.seed);
   const std::optional<SelectionShape> selection = selection_of(stage);
   const std::vector<Camera> gesture_cameras = with_sides(stage, sides, scene.cameras);
@@ -224,63 +118,62 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
     result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
                                 [&](int done, int, double) { context.progress.done(done); });
     context.progress.end();
-    if (source == Source::kMasks && result.segmentation.class_id.size() == 1 && stage.mask_zero.empty())
+    if (source == ObjectSource::kMasks && result.segmentation.class_id.size() == 1 && stage.mask_zero.empty())
       context.progress.warn(
           "all labeled pixels have one ID, so that everything becomes it: add --mask-zero background if ID 0 is the "
           "background");
   };
   switch (source) {
-    case Source::kAutomatic:
+    case ObjectSource::kAutomatic:
       found = find_automatically(context, scene, options.held_out);
       segmentation = segmentation_of_labels(found.label, names_of(found.found), scene.cloud, scene.cameras,
                                             context.seed, scene.report.antialiased);
       break;
-    case Source::kConfiguration:
+    case ObjectSource::kConfiguration:
       segmentation = selected_object(context, scene, "--physgaussian",
                                      physgaussian_members(read_physgaussian_config(stage.physgaussian), scene.cloud));
       break;
-    case Source::kPointFiles:
+    case ObjectSource::kPointFiles:
       segmentation =
           selected_object(context, scene, "clean_object_points.ply",
                           physdreamer_roles({}, physdreamer_folder(scene).value(), scene.cloud.position).object);
       break;
-    case Source::kGesture:
+    case ObjectSource::kGesture:
       segmentation = selected_object(context, scene, gesture.boxes.empty() ? "--click" : "--box",
                                      gesture_members(context, run, scene, gesture, gesture_cameras, selection, sides));
       break;
-    case Source::kShape:
+    case ObjectSource::kShape:
       segmentation = selected_object(context, scene, selection->sphere ? "--sphere" : "--aabb",
                                      shape_members(*selection, scene.cloud));
       break;
-    case Source::kJoint:
+    case ObjectSource::kJoint:
       segmentation = joint_segmentation(in.files.at("joint"), scene);
       break;
-    case Source::kGrouping:
+    case ObjectSource::kGrouping:
       segmentation = grouping_objects(scene, in.files.at("gaussian_grouping"), scene.settings.labels);
       break;
-    case Source::kSegmenter:
+    case ObjectSource::kSegmenter:
       fit_to(prompted_masks(context, run, scene, gesture, stage.label.models));
       break;
-    case Source::kMasks:
+    case ObjectSource::kMasks:
       fit_to(associated_masks(context, scene, stage, options, in.files.at("masks")));
       break;
   }
   // Labels that are known are taken as they are.
-  const size_t merged = learns(source) ? merge_islands({}, scene.cloud, segmentation) : 0;
+  const size_t merged = learns_from_masks(source) ? merge_islands({}, scene.cloud, segmentation) : 0;
   if (merged > 0)
     context.progress.say(
         fmt::format("segment: {} Gaussians in small components were given the label of their surroundings", merged));
   tell_how_found(found.found, segmentation);
-  const std::vector<ObjectEntry> objects =
-      write_objects(run, scene, origin_of(stage, source == Source::kPointFiles), provenance, segmentation,
-                    [&](json& rows) { tell_kinds(found.found, rows); });
+  const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage, source), provenance, segmentation,
+                                                         [&](json& rows) { tell_kinds(found.found, rows); });
   run.set_note("edits", {});
   write_held_out(run, scene, options, segmentation);
   for (const ObjectEntry& object : objects)
     context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                      object.gaussians, object.score));
-  return {{"automatic", source == Source::kAutomatic},
-          {"selected", selects(source)},
+  return {{"automatic", source == ObjectSource::kAutomatic},
+          {"selected", selects_one_object(source)},
           {"objects", objects.size()},
           {"unseen", result.summary.unseen},
           {"cross_entropy", result.summary.cross_entropy},
@@ -305,21 +198,21 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
 StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene, const SegmentStage& stage,
                                     const std::vector<Camera>& sides) {
   check_networks(stage);
-  const Source source = source_of(scene, stage);
-  if (!learns(source) && (stage.iterations || !stage.start_from_vote))
+  const ObjectSource source = source_of(scene, stage);
+  if (!learns_from_masks(source) && (stage.iterations || !stage.start_from_vote))
     throw usage_error(stage.iterations ? "--iterations" : "--no-vote", "",
                       "does nothing without masks: a selection and --auto say what every Gaussian is", "leave it out");
   StageInputs<SegmentStage> in;
   in.options = stage;
   in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp};
   in.outputs = {"segmentation.h5", "objects.json", "objects.png", "features.png"};
-  in.found["automatic"] = source == Source::kAutomatic;
+  in.found["automatic"] = source == ObjectSource::kAutomatic;
   std::vector<int> held_out;
   if (stage.hold_out)
     for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += PhotoOptions().hold_out_every)
       held_out.push_back(c);
   switch (source) {
-    case Source::kMasks:
+    case ObjectSource::kMasks:
       in.parts.insert({ScenePart::kMasks, ScenePart::kLabels});
       in.files["masks"] = labels_photos(stage)  ? run / "labelled"
                           : stage.masks.empty() ? scene.settings.masks
@@ -327,17 +220,17 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
       if (const std::set<std::string> trained = trained_photos(in.files["masks"]); !trained.empty())
         in.found["images_train"] = trained;
       break;
-    case Source::kJoint:
+    case ObjectSource::kJoint:
       in.files["joint"] = scene.source / "segmentation.h5";
       break;
-    case Source::kGrouping:
+    case ObjectSource::kGrouping:
       in.parts.insert(ScenePart::kLabels);
       in.files["gaussian_grouping"] = grouping_classifier_file(stage.gaussian_grouping);
       break;
-    case Source::kPointFiles:
+    case ObjectSource::kPointFiles:
       in.parts.insert(ScenePart::kFolder);
       break;
-    case Source::kSegmenter: {
+    case ObjectSource::kSegmenter: {
       if (!sides.empty())
         throw usage_error("--segmenter", stage.label.models.segmenter,
                           "needs prompts on photos, and one is on selection.png",
@@ -348,7 +241,7 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
       for (const int c : marked) in.outputs.push_back("prompted/" + scene.cameras[c].name + ".jpg");
       break;
     }
-    case Source::kGesture:
+    case ObjectSource::kGesture:
       gesture_of(stage, with_sides(stage, sides, scene.cameras));
       in.outputs.insert(in.outputs.end(), {"selection.png", "selection_sheet.json"});
       if (!sides.empty()) in.found["stroke_sides"] = sides_json(sides);
@@ -366,7 +259,8 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
 json run_segment(const Context& context, RunDirectory& run, const Scene& scene, const SegmentStage& given) {
   const auto [stage, sides] = with_sheet_prompts(context, run, given);
   check_networks(stage);
-  if (source_of(scene, stage) == Source::kMasks && labels_photos(stage)) run_label(context, run, scene, stage.label);
+  if (source_of(scene, stage) == ObjectSource::kMasks && labels_photos(stage))
+    run_label(context, run, scene, stage.label);
   const StageInputs<SegmentStage> in = inputs_of(run, scene, stage, sides);
   if (in.found["automatic"] && !stage.automatic)
     context.progress.say(

@@ -1,0 +1,70 @@
+// The marks by which something is selected: they are made, undone, and sent to the program.
+
+/** Points of a mark in the pixels of a view; none where it was made in another. */
+function pointsIn(mark, view) {
+  if (mark.kind === 'grow') return [];
+  const words = mark.text.split(',');
+  if (mark.kind === 'stroke') words.shift();
+  if (Number(words.shift()) !== view.camera) return [];
+  const out = [];
+  for (let k = 0; k + 1 < words.length; k += 2) out.push([words[k] / view.scale, words[k + 1] / view.scale]);
+  return out;
+}
+
+function textOf([x, y]) {
+  const view = data.views[at];
+  return `${(x * view.scale).toFixed(1)},${(y * view.scale).toFixed(1)}`;
+}
+
+/** Marks in the order in which they were made. */
+function addMarks(more) {
+  marks.push(...more);
+  undone = [];
+  ask();
+}
+
+/** Marks that count: a box in a view takes the place of an earlier one there. */
+function currentMarks() {
+  const cameraOf = (mark) => mark.text.split(',')[0];
+  return marks.filter((mark, k) => mark.kind !== 'box' ||
+    !marks.slice(k + 1).some((later) => later.kind === 'box' && cameraOf(later) === cameraOf(mark)));
+}
+
+/** How far the selection is grown, or shrunk where it is negative. */
+const grown = () => marks.reduce((sum, mark) => sum + (mark.kind === 'grow' ? Number(mark.text) : 0), 0);
+
+const canGrow = (step) => marks.length && !busy && Math.abs(grown() + step) <= data.maxGrow;
+
+function growBy(step) {
+  if (!canGrow(step)) return;
+  marks.push({kind: 'grow', text: String(step)});
+  undone = [];
+  ask();
+}
+
+/** Has the program select what is marked. */
+function ask() {
+  if (socket.readyState !== WebSocket.OPEN) {
+    update();
+    return sayGone();
+  }
+  clearHint();
+  for (const view of data.views) view.mask = null;
+  chosen = marks.length ? SELECTION : 0;
+  element('selection').textContent = marks.length ? 'Selecting…' : '';
+  fail('');
+  update();
+  const texts = (kind) => currentMarks().filter((mark) => mark.kind === kind).map((mark) => mark.text);
+  send({select: {boxes: texts('box'), clicks: texts('click'), strokes: texts('stroke'), grow: grown(),
+      camera: data.views[at].camera}});
+}
+
+function undo() {
+  undone.push(marks.pop());
+  ask();
+}
+
+function redo() {
+  marks.push(undone.pop());
+  ask();
+}
