@@ -29,6 +29,7 @@ export class Physics {
     this.complained = -Infinity;  // when it was said that the solver had failed
     this.onChange = () => {};
     viewer.keepsCentres = true;
+    viewer.touch();  // for centres of a clip that stands still
     viewer.onMove = (drivers) => this.#moved(drivers);
     viewer.onStep = () => this.hand.update(viewer.pageView());
     player.onUse = () => this.leave();

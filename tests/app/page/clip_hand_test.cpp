@@ -54,6 +54,23 @@ TEST_F(ClipPage, AtTheEndOfAReplayTheHandLetsGo) {
   EXPECT_FALSE(value["interactions"][1].contains("duration")) << "pins stay";
 }
 
+TEST_F(ClipPage, AClipThatStandsStillFromTheStartCanBeHeld) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const json answer = evaluate(R"((async () => {
+    await pliant.ready;
+    const press = (key) => document.body.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+    press(' ');
+    await pliant.solver.ready;
+    for (let k = 0; k < 60 && !pliant.live(); ++k) {
+      press('g');
+      await new Promise((next) => setTimeout(next, 50));
+    }
+    return {live: pliant.live(), errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["value"], json({{"live", true}, {"errors", json::array()}}));
+}
+
 TEST_F(ClipPage, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const json answer = evaluate("(async () => {" + kPress + R"(
