@@ -135,10 +135,6 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
       physgaussian ? plan_physgaussian(context, in.files, stage, body)
                    : plan_simulation(context, in.files, in.found, scene,
                                      timed ? with_fitted_damping(stage, in.files.at("velocity")) : stage, body, replay);
-  if (!plan.push.is_null() && !why_idle(plan.interactions.front(), plan.options.duration).empty())
-    context.progress.say(
-        "simulate: the clip ends before the push begins: nothing pushes the object; give a longer "
-        "--duration");
   write_text(run / "interactions.json", plan.script.dump(2) + "\n");
 
   const fs::path out = run / in.outputs[0];

@@ -230,7 +230,10 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
     plan.script = json::parse(text);
   }
   set_by_hold(context, stage, is_held(plan, pins, body.particles), plan.options);
-  if (!moving && stage.interactions.empty()) {
+  if (!moving && stage.interactions.empty() && stage.duration <= kPushStart)
+    context.progress.say(
+        "simulate: the clip ends before the push begins: nothing pushes the object; give a longer --duration");
+  else if (!moving && stage.interactions.empty()) {
     plan.script = sized_push(context, plan, files.at("object"), extract, scene, stage, body, pins, plan.push);
     plan.interactions = parse_interactions(plan.script.dump(), frame, "interactions.json");
   }
