@@ -144,7 +144,7 @@ struct FlowError {
 FlowError error_of(const Flows& video, const Flows& truth, int shift) {
   FlowError out;
   for_each_pixel(video, truth, shift, 1, [&](const Eigen::Vector2d& p, const Eigen::Vector2d& t) {
-    if (std::max(p.norm(), t.norm()) < kMoves) return;
+    if (std::max(p.squaredNorm(), t.squaredNorm()) < kMoves * kMoves) return;
     out.error += (p - t).norm();
     out.magnitude += t.norm();
     ++out.pixels;
