@@ -5,16 +5,16 @@
 namespace pliant {
 namespace {
 
-bool has_gestures(const SegmentStage& stage) {
-  return !stage.boxes.empty() || !stage.clicks.empty() || !stage.strokes.empty();
-}
-
 /// Whether the photos are to be labelled, or it is said how.
 bool asks_for_labels(const LabelStage& label) {
   return label.photos || label.everything || label.track || !label.text.empty();
 }
 
 }  // namespace
+
+bool has_gestures(const SegmentStage& stage) {
+  return !stage.boxes.empty() || !stage.clicks.empty() || !stage.strokes.empty();
+}
 
 bool prompts_segmenter(const SegmentStage& stage) {
   const ModelChoice& models = stage.label.models;

@@ -8,6 +8,9 @@ namespace pliant {
 /// labelling that does not know what to look for.
 void check_networks(const SegmentStage& stage);
 
+/// Whether boxes, clicks or strokes show the object.
+bool has_gestures(const SegmentStage& stage);
+
 /// Whether `segment` makes the masks from the photos.
 bool labels_photos(const SegmentStage& stage);
 

@@ -8,7 +8,7 @@
 namespace pliant {
 
 ObjectSource source_of(const Scene& scene, const SegmentStage& stage) {
-  const bool gesture = !stage.boxes.empty() || !stage.clicks.empty() || !stage.strokes.empty();
+  const bool gesture = has_gestures(stage);
   const bool shape = selection_of(stage).has_value(), grouping = !stage.gaussian_grouping.empty();
   const bool configured = !stage.physgaussian.empty(), labelling = labels_photos(stage);
   if (configured && (shape || gesture))

@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/random.h"
+#include "tests/app/live/damaged_text.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {
@@ -48,22 +49,8 @@ TEST(LiveMessages, SurvivesDamagedText) {
   Random random(3);
   int read = 0;
   for (int k = 0; k < 30'000; ++k) {
-    std::string text = good;
-    const int changes = 1 + static_cast<int>(3 * random.uniform());
-    for (int c = 0; c < changes; ++c) {
-      const size_t at = static_cast<size_t>(random.uniform() * static_cast<double>(text.size()));
-      const char any = static_cast<char>(256 * random.uniform());
-      if (const double what = random.uniform(); what < 0.4)
-        text[at] = any;
-      else if (what < 0.6)
-        text.erase(at, 1 + static_cast<size_t>(8 * random.uniform()));
-      else if (what < 0.8)
-        text.insert(at, 1, "0123456789-+eE.,:[]{}\""[static_cast<size_t>(22 * random.uniform())]);
-      else
-        text.insert(at, text.substr(static_cast<size_t>(random.uniform() * static_cast<double>(text.size())), 20));
-    }
     try {
-      request(text);
+      request(damaged(good, random));
       ++read;
     } catch (const Error&) {
     }
