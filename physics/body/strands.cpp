@@ -4,24 +4,12 @@
 #include <cmath>
 
 #include "gaussians/base/polar.h"
+#include "physics/body/thin_parts.h"
 
 namespace pliant {
 namespace {
 
 constexpr float kMatter = 2;  // standard deviations to which a Gaussian is matter
-
-/// Covariance of the points of `hits`.
-Mat3f covariance_of(std::span<const Vec3f> position, const std::vector<NearestPoints::Hit>& hits) {
-  const float n = static_cast<float>(hits.size());
-  Vec3f mean = Vec3f::Zero();
-  for (const auto& hit : hits) mean += position[hit.index] / n;
-  Mat3f out = Mat3f::Zero();
-  for (const auto& hit : hits) {
-    const Vec3f d = position[hit.index] - mean;
-    out += d * d.transpose() / n;
-  }
-  return out;
-}
 
 }  // namespace
 
@@ -35,20 +23,23 @@ std::optional<Strand> strand_at(int i, std::span<const Vec3f> position, std::spa
   constexpr float kFlatSplats = 0.25f;  // ratio of variances below which Gaussians are flat
   constexpr float kDiameters = 1.5f;    // within which the strand is looked at
   if (hits.size() < kLeastHits) return std::nullopt;
+  // Gaussians that are as thick as wide.
   Vec3f value;
   Mat3f axes, own = Mat3f::Zero();
   for (const auto& hit : hits) own += covariance[hit.index] / static_cast<float>(hits.size());
   symmetric_eigen<float, 3>(own, value, axes);
   if (!(value[0] > kFlatSplats * value[1])) return std::nullopt;
 
+  // A line for as long as the strand is thick.
   std::vector<NearestPoints::Hit> near;
   const float reach = kDiameters * 2 * kMatter * std::sqrt(value[1]);
   tree.query(position[i], kMostNear, near);
   std::erase_if(near, [&](const NearestPoints::Hit& hit) { return hit.distance > reach; });
   const std::vector<NearestPoints::Hit>& line = near.size() > hits.size() ? near : hits;
-  symmetric_eigen<float, 3>(covariance_of(position, line), value, axes);
-  if (!(value[1] < kInLine * value[2])) return std::nullopt;
-  const Vec3f axis = axes.col(2);
+  const Spread of_line = spread_of(position, line);
+  if (!(of_line.value[1] < kInLine * of_line.value[2])) return std::nullopt;
+  const Vec3f axis = of_line.axes.col(2);
+  // Nothing beside it: across the line, centres scatter less than a Gaussian is wide.
   const Mat3f level = Mat3f::Identity() - axis * axis.transpose();
   const Mat3f spread = level * covariance_of(position, near) * level, section = level * covariance[i] * level;
   if (!(spread.trace() <= section.trace())) return std::nullopt;

@@ -20,7 +20,7 @@ constexpr float kLine = 0.1f;                                 // ratio of varian
 
 }  // namespace
 
-Spread spread_of(const std::vector<Vec3f>& points, const std::vector<NearestPoints::Hit>& chosen) {
+Mat3f covariance_of(std::span<const Vec3f> points, const std::vector<NearestPoints::Hit>& chosen) {
   const float n = static_cast<float>(chosen.size());
   Vec3f mean = Vec3f::Zero();
   for (const auto& hit : chosen) mean += points[hit.index] / n;
@@ -29,8 +29,12 @@ Spread spread_of(const std::vector<Vec3f>& points, const std::vector<NearestPoin
     const Vec3f d = points[hit.index] - mean;
     covariance += d * d.transpose() / n;
   }
+  return covariance;
+}
+
+Spread spread_of(std::span<const Vec3f> points, const std::vector<NearestPoints::Hit>& chosen) {
   Spread spread;
-  symmetric_eigen<float, 3>(covariance, spread.value, spread.axes);
+  symmetric_eigen<float, 3>(covariance_of(points, chosen), spread.value, spread.axes);
   return spread;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "gaussians/base/nearest.h"
@@ -8,12 +9,15 @@
 
 namespace pliant {
 
+/// Covariance of some of the points.
+Mat3f covariance_of(std::span<const Vec3f> points, const std::vector<NearestPoints::Hit>& chosen);
+
 /// Principal variances (ascending) and axes of some of the points.
 struct Spread {
   Vec3f value;
   Mat3f axes;
 };
-Spread spread_of(const std::vector<Vec3f>& points, const std::vector<NearestPoints::Hit>& chosen);
+Spread spread_of(std::span<const Vec3f> points, const std::vector<NearestPoints::Hit>& chosen);
 
 /// Which thin samples lie in a rod: their neighbours within three thicknesses form a line, not a plane.  The functions
 /// below take it as `rod`.

@@ -12,6 +12,10 @@
 namespace pliant {
 namespace {
 
+void require(bool good, const char* field, double value, const char* remedy) {
+  if (!good) throw usage_error("push", field, "is " + std::to_string(value), remedy);
+}
+
 /// The same body with at most `count` particles, so that a trial is short: mass and volume are kept, log E and nu are
 /// averaged by volume, law and object are those of one of the particles, and what was linked stays so.
 Particles coarsen(const Particles& particles, int count) {
@@ -91,8 +95,58 @@ bool starts_as_captured(const SimulateOptions& options, const Particles& body,
   return options.settle_time == 0 || options.gravity.isZero();
 }
 
+/// What a load of a length does: the peak displacement, relative to the height.
 struct Trial {
-  double length = 0, peak = 0;  // peak displacement / height
+  double length = 0, peak = 0;
+};
+
+/// Short clips of a load, from so much work in all, of which it tells how much is done.
+class Trials {
+ public:
+  Trials(const PushOptions& options, const SimulateOptions& simulate, const std::vector<Interaction>& interactions,
+         const Interaction& load, double height, double work)
+      : options_(options),
+        simulate_(simulate),
+        interactions_(interactions),
+        load_(load),
+        height_(height),
+        work_(work) {}
+
+  /// A load on `region` of `body`, each frame of which is so much work.
+  Trial run(const Particles& body, const SimulationState& start, const Region& region, double length,
+            double work_of_frame) {
+    constexpr double kPast = 0.8;  // of the peak: it will not come again
+    std::vector<Interaction> script = interactions_;
+    script.push_back(load_);
+    script.back().region = region;
+    script.back().vector = length * load_.vector.normalized();
+    double peak = 0;
+    simulate<float>(simulate_, body, script, start, [&](const SimulationState& s) {
+      double moved = 0;
+      for (size_t i = 0; i < s.size(); ++i) moved = std::max(moved, static_cast<double>((s.x[i] - start.x[i]).norm()));
+      peak = std::max(peak, moved);
+      tell(s.frame > 0 ? work_of_frame : 0);
+      return s.time < load_.start + options_.duration || moved >= kPast * peak;
+    });
+    require(peak > 0, "region", peak, "push where the body can move");
+    return {length, peak / height_};
+  }
+
+  /// So much work was done, or need not be.
+  void set_done(double work) { done_ = work; }
+
+ private:
+  void tell(double work) {
+    done_ += work;
+    if (options_.go_on && !options_.go_on(std::min(done_ / work_, 1.0)))
+      throw Error(Failure::kInterrupted, "push", "", "interrupted", "run the same command again");
+  }
+
+  const PushOptions& options_;
+  const SimulateOptions& simulate_;
+  const std::vector<Interaction>& interactions_;
+  const Interaction& load_;
+  double height_, work_, done_ = 0;
 };
 
 /// What to try next: a length in proportion to the last trial's, from the third trial on one along the line of log peak
@@ -119,95 +173,73 @@ double next_length(const std::vector<Trial>& trials, double wanted) {
   return weak->length * std::pow(strong->length / weak->length, std::clamp(share, kMargin, 1 - kMargin));
 }
 
+/// Height along up that is given, or that of the particles [m].
+double height_of(const PushOptions& options, const Particles& particles) {
+  if (options.height > 0) return options.height;
+  double low = INFINITY, high = -INFINITY;
+  for (const Vec3f& x : particles.position) {
+    const double z = x.cast<double>().dot(options.up.normalized());
+    low = std::min(low, z);
+    high = std::max(high, z);
+  }
+  require(high > low, "height", high - low, "give the height of the body in meters");
+  return high - low;
+}
+
+/// A load that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
+double first_length(const PushOptions& options, const Interaction& load, double mass, double height) {
+  constexpr double kShare = 0.1;
+  const double way = options.fraction * height, newtons = 2 * mass * way / (options.duration * options.duration);
+  return kShare * newtons / newtons_of_one(load, mass, options.duration);
+}
+
 }  // namespace
 
 LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                    const Interaction& load) {
-  const auto require = [](bool good, const char* field, double value, const char* remedy) {
-    if (!good) throw usage_error("push", field, "is " + std::to_string(value), remedy);
-  };
+  constexpr double kNear = 0.05, kNearEnough = 0.3;  // where the body itself has the last word
   require(particles.size() > 0, "particles", 0, "seed the object first; it has no driving particle");
   require(load.vector.norm() > 0 && load.vector.allFinite(), "direction", load.vector.norm(),
           "give a direction that is not zero");
   require(options.fraction > 0 && options.fraction < 1, "fraction", options.fraction, "give a fraction of the height");
   require(options.duration > 0 && std::isfinite(options.duration), "duration", options.duration, "give seconds");
   require(options.trials > 0 && options.max_particles > 0, "trials", options.trials, "give a positive number");
+  const double height = height_of(options, particles), wanted = options.fraction;
+  const auto miss = [&](const Trial& trial) { return std::abs(trial.peak / wanted - 1); };
 
   const Particles body = coarsen(particles, options.max_particles);
-  double height = options.height;
-  if (!(height > 0)) {
-    double low = INFINITY, high = -INFINITY;
-    for (const Vec3f& x : particles.position) {
-      const double z = x.cast<double>().dot(options.up.normalized());
-      low = std::min(low, z);
-      high = std::max(high, z);
-    }
-    height = high - low;
-  }
-  require(height > 0, "height", height, "give the height of the body in meters");
-
-  SimulateOptions trial = options.simulate;
-  trial.duration = load.start + 2 * options.duration;  // a short push peaks after its end
-  trial.cell_size = 0;
+  SimulateOptions clip = options.simulate;
+  clip.duration = load.start + 2 * options.duration;  // a short push peaks after its end
+  clip.cell_size = 0;
   const bool scaled =
-      options.scale_on_body && body.size() < particles.size() && starts_as_captured(trial, particles, interactions);
-  const SimulationState start = start_of(trial, body, interactions);
-  trial.settle_time = 0;
+      options.scale_on_body && body.size() < particles.size() && starts_as_captured(clip, particles, interactions);
+  const SimulationState start = start_of(clip, body, interactions);
+  clip.settle_time = 0;
 
-  // Halving the cells halves the time steps.
-  const double frames = std::lround(trial.fps * trial.duration),
-               cost = std::pow(static_cast<double>(particles.size()) / static_cast<double>(body.size()), 4.0 / 3);
-  const double work = frames * (options.trials + (scaled ? cost : 0));
-  double done = 0;
-  const auto try_out = [&](const Particles& of, const SimulationState& from, const Region& region, double length,
-                           double cost_of_frame, double past) {
-    Interaction push = load;
-    push.region = region;
-    push.vector = length * load.vector.normalized();
-    std::vector<Interaction> script = interactions;
-    script.push_back(push);
-    double peak = 0;
-    bool stopped = false;
-    simulate<float>(trial, of, script, from, [&](const SimulationState& s) {
-      double moved = 0;
-      for (size_t i = 0; i < s.size(); ++i) moved = std::max(moved, static_cast<double>((s.x[i] - from.x[i]).norm()));
-      peak = std::max(peak, moved);
-      done += s.frame > 0 ? cost_of_frame : 0;
-      stopped = options.go_on && !options.go_on(std::min(done / work, 1.0));
-      return !stopped && (s.time < load.start + options.duration || moved >= past * peak);
-    });
-    if (stopped) throw Error(Failure::kInterrupted, "push", "", "interrupted", "run the same command again");
-    require(peak > 0, "region", peak, "push where the body can move");
-    return Trial{length, peak / height};
+  // The work of a frame of the body itself, in frames of the coarser one: halving the cells halves the time steps.
+  const double ratio = static_cast<double>(particles.size()) / static_cast<double>(body.size()),
+               cost = std::pow(ratio, 4.0 / 3);
+  const double frames = std::lround(clip.fps * clip.duration), coarse_work = frames * options.trials;
+  Trials trials(options, clip, interactions, load, height, coarse_work + (scaled ? frames * cost : 0));
+
+  const Region region = widened(load.region, body.cell_size);
+  std::vector<Trial> found;
+  double length = first_length(options, load, body.total_mass(), height);
+  while (static_cast<int>(found.size()) < options.trials) {
+    found.push_back(trials.run(body, start, region, length, 1));
+    if (miss(found.back()) < (scaled ? kNearEnough : kNear)) break;
+    length = next_length(found, wanted);
+  }
+  const auto nearer = [&](const Trial& a, const Trial& b) {
+    return std::abs(std::log(a.peak / wanted)) < std::abs(std::log(b.peak / wanted));
   };
-  const auto miss = [&](const Trial& t) { return std::abs(std::log(t.peak / options.fraction)); };
+  Trial best = *std::min_element(found.begin(), found.end(), nearer);
+  if (!scaled) return {best.length, best.peak, static_cast<int>(found.size())};
 
-  // A first load that would accelerate the body through the wanted way, were it free, and is small for a pinned one.
-  constexpr double kNear = 0.05, kNearEnough = 0.3;  // where the body itself has the last word
-  const double way = options.fraction * height, mass = body.total_mass();
-  double length = options.first;
-  if (!(length > 0))
-    length =
-        0.1 * mass * 2 * way / (options.duration * options.duration) / newtons_of_one(load, mass, options.duration);
-  const Region wide = widened(load.region, body.cell_size);
-  std::vector<Trial> trials;
-  while (static_cast<int>(trials.size()) < options.trials) {
-    trials.push_back(try_out(body, start, wide, length, 1, 0));
-    if (std::abs(trials.back().peak / options.fraction - 1) < (scaled ? kNearEnough : kNear)) break;
-    length = next_length(trials, options.fraction);
-  }
-  Trial best = *std::min_element(trials.begin(), trials.end(),
-                                 [&](const Trial& a, const Trial& b) { return miss(a) < miss(b); });
-  int count = static_cast<int>(trials.size());
-  if (scaled) {
-    constexpr double kPast = 0.8;  // of the peak: it will not come again
-    done = options.trials * frames;
-    best = try_out(particles, initial_state(particles), load.region, best.length, cost, kPast);
-    ++count;
-    if (std::abs(best.peak / options.fraction - 1) >= kNear)
-      best = {best.length * options.fraction / best.peak, options.fraction};
-  }
-  return {best.length, best.peak, count};
+  trials.set_done(coarse_work);
+  best = trials.run(particles, initial_state(particles), load.region, best.length, cost);
+  if (miss(best) >= kNear) best = {best.length * wanted / best.peak, wanted};
+  return {best.length, best.peak, static_cast<int>(found.size()) + 1};
 }
 
 PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,

@@ -15,7 +15,6 @@ struct PushOptions {
   double duration = 0.5;     ///< s for which the push lasts
   int max_particles = 2000;  ///< of the trial body
   int trials = 3;            ///< of the trial body, at most
-  double first = 0;          ///< length of the load that is tried first; 0 = from the mass of the body
   /// The load found on the trial body is tried once on the body itself and scaled by what it does there; not for a body
   /// that would have to settle or to find its rest shape first.
   bool scale_on_body = false;
@@ -31,9 +30,8 @@ struct PushSize {
 
 /// How long the vector of a load must be.
 struct LoadSize {
-  double length = 0;  ///< in the units of its vector
-  double peak_fraction =
-      0;  ///< of the trial that came nearest to the wanted one, after the scaling in proportion to it
+  double length = 0;         ///< in the units of its vector
+  double peak_fraction = 0;  ///< of the trial that came nearest to the wanted one; that, where it was scaled to it
   int trials = 0;
 };
 /// Length of `load`'s vector with which it moves the body by `fraction` of its height at most, found by short trials of

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "gaussians/base/error.h"
 #include "physics/body/driving_particles.h"
@@ -34,16 +35,22 @@ Interaction clamp() {
   return pin;
 }
 
+Interaction force(const Region& region, double newtons, double duration = std::numeric_limits<double>::infinity()) {
+  Interaction push;
+  push.type = InteractionType::kPointForce;
+  push.region = region;
+  push.duration = duration;
+  push.vector = Vec3d(newtons, 0, 0);
+  return push;
+}
+
 TEST(Push, TheSameNewtonsBendStemsOfAnyNumberOfParticlesAlike) {
   const auto peak = [](int count) {
     const Particles particles = stem(count);
     EXPECT_NEAR(particles.total_mass() / (1000 * 3.14159265 / 4 * kWidth * kWidth * (kStem + kStemFoot)), 1, 0.02);
     SimulateOptions options;
     options.duration = 0.15;
-    Interaction push;
-    push.type = InteractionType::kPointForce;
-    push.vector = Vec3d(0.01, 0, 0);
-    push.region = Region::box(Vec3d(-1, -1, kStemFoot + 0.8 * kStem), Vec3d(1, 1, 1));
+    const Interaction push = force(Region::box(Vec3d(-1, -1, kStemFoot + 0.8 * kStem), Vec3d(1, 1, 1)), 0.01);
     return simulate<float>(options, particles, {clamp(), push}, initial_state(particles)).summary.max_displacement;
   };
   const double fine = peak(4000), coarse = peak(1500);
@@ -62,11 +69,7 @@ TEST(Push, IsSizedToTheStiffness) {
     const Particles particles = stem(1200, k ? 3e5 : 1e5);
     const PushSize size = size_push(options, particles, {clamp()}, tip, Vec3d(2, 0, 0));
     newtons[k] = size.newtons;
-    Interaction push;
-    push.type = InteractionType::kPointForce;
-    push.region = tip;
-    push.duration = options.duration;
-    push.vector = Vec3d(size.newtons, 0, 0);
+    const Interaction push = force(tip, size.newtons, options.duration);
     SimulateOptions real = options.simulate;
     real.duration = 0.3;
     const double peak =
@@ -87,11 +90,7 @@ TEST(Push, IsAsLargeAsWantedOnTheBodyItselfHoweverCoarseTheTrialBody) {
   const Particles particles = stem(1200);
   const PushSize size = size_push(options, particles, {clamp()}, tip, Vec3d(1, 0, 0));
   EXPECT_LE(size.trials, options.trials + 1);
-  Interaction push;
-  push.type = InteractionType::kPointForce;
-  push.region = tip;
-  push.duration = options.duration;
-  push.vector = Vec3d(size.newtons, 0, 0);
+  const Interaction push = force(tip, size.newtons, options.duration);
   SimulateOptions real = options.simulate;
   real.duration = 2 * options.duration;
   const double peak =
@@ -149,11 +148,8 @@ TEST(Push, IsSizedToTheLaw) {
   options.max_particles = 400;
   Particles particles = stem(800);
   particles.materials[0].law = Law::kFluid;
-  Interaction push;
-  push.type = InteractionType::kPointForce;
-  push.region = Region::all();
-  push.duration = options.duration;
-  push.vector = Vec3d(size_push(options, particles, {clamp()}, push.region, Vec3d(1, 0, 0)).newtons, 0, 0);
+  const PushSize size = size_push(options, particles, {clamp()}, Region::all(), Vec3d(1, 0, 0));
+  const Interaction push = force(Region::all(), size.newtons, options.duration);
   SimulateOptions real = options.simulate;
   real.duration = 2 * options.duration;
   const double peak =
@@ -180,11 +176,7 @@ TEST(Push, OfAFreeBodyIsNotSizedAgainstItsSag) {
     EXPECT_NEAR(size.newtons / inert, 1, 0.2) << gravity;
     EXPECT_NEAR(size.peak_fraction / options.fraction, 1, 0.1) << gravity;
 
-    Interaction push;
-    push.type = InteractionType::kPointForce;
-    push.region = Region::all();
-    push.duration = options.duration;
-    push.vector = Vec3d(size.newtons, 0, 0);
+    const Interaction push = force(Region::all(), size.newtons, options.duration);
     SimulateOptions real = options.simulate;
     real.duration = 2 * options.duration;
     SimulationState first;
