@@ -6,17 +6,27 @@
 #include "app/reconstruct/trained_scene.h"
 #include "app/segment/label_choice.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/splats.h"
 
 namespace pliant {
+namespace {
+
+Eigen::Vector3d parse_up(const std::string& text) {
+  if (const auto axis = axis_of_name(text)) return *axis;
+  if (text.find(',') == std::string::npos)
+    throw usage_error("--up", text, "is neither three numbers nor an axis", "give x, y, z, -x, -y, -z or X,Y,Z");
+  const std::vector<double> v = parse_numbers("--up", text, 3);
+  const Eigen::Vector3d direction(v[0], v[1], v[2]);
+  if (!(direction.norm() > 0)) throw usage_error("--up", "", "has no length", "give a direction such as 0,0,1");
+  return direction.normalized();
+}
+
+}  // namespace
 
 LoadOptions SceneOptions::load_options() const {
   LoadOptions options;
-  if (!up.empty()) {
-    const Eigen::Vector3d direction(up[0], up[1], up[2]);
-    if (!(direction.norm() > 0)) throw usage_error("--up", "", "has no length", "give a direction such as 0,0,1");
-    options.up = direction.normalized();
-  }
+  if (!up.empty()) options.up = parse_up(up);
   if (metres_per_unit && object_height)
     throw usage_error("--object-height", fmt::format("{:g}", *object_height),
                       "was given together with --metres-per-unit", "leave one of them out: either sets the scale");
@@ -38,9 +48,8 @@ OptionTable options_of(SceneOptions& options) {
   return {"scene",
           {{.name = "up",
             .field = &options.up,
-            .help = "Up direction (default: estimated, and printed)",
-            .value = "x,y,z",
-            .numbers = 3},
+            .help = "Up direction, or an axis such as -y (default: estimated, printed)",
+            .value = "x,y,z"},
            {.name = "metres-per-unit",
             .field = &options.metres_per_unit,
             .help = "Length of one scene unit [m] (default: scene.json's, else 1)",
@@ -65,6 +74,7 @@ void add_scene_options(CLI::App& command, Program& program, SceneOptions& option
 Scene attach_or_reconstruct(const Context& context, const CLI::App& command, RunDirectory& run,
                             const SceneOptions& options, ReconstructStage stage, const SegmentStage& segment) {
   std::string source = options.source;
+  const LoadOptions load = options.load_options();  // its errors come before the training
   const bool untrained = lacks_splats(source);
   check_networks(segment);
   check_given(command, stage);
@@ -78,7 +88,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     stage.photo.hold_out_every = PhotoOptions().hold_out_every;
   }
   stage.masks = segment.masks;
-  if (segment.joint && !untrained) stage.splats = load_scene(source, options.load_options()).settings.splats.string();
+  if (segment.joint && !untrained) stage.splats = load_scene(source, load).settings.splats.string();
   if (!stage.splats.empty())
     refuse_given(command, options_of(stage),
                  {"does nothing when training continues from a trained scene",
@@ -93,7 +103,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     run_reconstruct(context, reconstruction, source, stage);
     source = reconstruction.path();
   }
-  return attach_scene(context, run, source, options.load_options());
+  return attach_scene(context, run, source, load);
 }
 
 std::string default_out(const std::string& source, const std::string& ending) {

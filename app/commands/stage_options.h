@@ -16,7 +16,7 @@ struct SimulateStage;
 /// The scene argument and how to read it; shared by every command that starts from a scene.
 struct SceneOptions {
   std::string source;
-  std::vector<double> up;
+  std::string up;  ///< three numbers or the name of an axis; empty = estimated
   std::optional<double> metres_per_unit, object_height;
   std::optional<int> orbit_views, level;
 

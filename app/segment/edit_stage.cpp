@@ -22,12 +22,13 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
   json operations = json::array();
   for (const ObjectEdit& edit : stage.edits) {
     const EditOutcome outcome = apply_edit({}, edit, scene.cloud, scene.cameras, segmentation);
-    context.progress.say("edit: " + outcome.sentence);
     operations.push_back({{"option", edit.option()},
                           {"value", edit.text()},
                           {"gaussians", outcome.gaussians},
                           {"did", outcome.sentence}});
   }
+  // Said once all of them are known to be possible.
+  for (const json& operation : operations) context.progress.say("edit: " + operation["did"].get<std::string>());
   json edits = run.note("edits");
   for (const json& operation : operations) edits.push_back(operation);
   const json provenance = {{"pliant", PLIANT_VERSION}, {"stage", "edit"}, {"edits", edits}};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/segment/objects_file.h"
 #include "app/store/segmentation.h"
@@ -47,6 +48,24 @@ std::map<uint32_t, double> prominence(const Scene& scene, const std::vector<uint
   std::map<uint32_t, double> sum;
   for (size_t i = 0; i < label.size(); ++i) sum[label[i]] += share[i];
   return sum;
+}
+
+/// Whether segment took its objects from the scene file's masks, whose names `support` is one of; a person may have
+/// renamed or merged them since.
+bool has_names_of_file(const RunDirectory& run, const Scene& scene, const json& segmented) {
+  const std::filesystem::path& masks = scene.settings.masks;
+  if (scene.settings.file.empty() || masks.empty() || !run.note("edits").empty()) return false;
+  if (segmented.value("automatic", false) || segmented.value("selected", false)) return false;
+  const json inputs = run.manifest()["stages"]["segment"].value("inputs", json::object());
+  return inputs.contains("masks") && inputs["masks"] == hash_of_input(masks);
+}
+
+/// Class of the scene file's support, by id or name; empty where it names none.
+std::optional<size_t> support_class(const Scene& scene, const Segmentation& segmentation) {
+  const std::string& wanted = scene.settings.support;
+  for (size_t c = 0; c < segmentation.class_id.size(); ++c)
+    if (wanted == segmentation.class_name[c] || wanted == std::to_string(segmentation.class_id[c])) return c;
+  return std::nullopt;
 }
 
 /// The object to cut, and why that one where nobody chose it.
@@ -138,9 +157,7 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   options.probability = static_cast<float>(in.options.threshold);
   options.up = scene.up.cast<float>();
   options.hull = in.options.hull;
-  for (size_t c = 0; c < segmentation.class_id.size(); ++c)
-    if (!scene.settings.support.empty() && segmentation.class_name[c] == scene.settings.support)
-      options.support = segmentation.class_id[c];
+  if (const auto support = support_class(scene, segmentation)) options.support = segmentation.class_id[*support];
   const ExtractResult result = extract(options, scene.cloud, segmentation);
   const GaussianCloud object = scene.cloud.select(result.object);
   std::filesystem::create_directories(run / folder);
@@ -183,6 +200,10 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented);
   const uint32_t id = segmentation.class_id[chosen.index];
   const std::string& name = segmentation.class_name[chosen.index];
+  const std::string& support = scene.settings.support;
+  if (!support.empty() && !support_class(scene, segmentation) && has_names_of_file(run, scene, segmented))
+    throw usage_error(scene.settings.file.string() + ": support", support, "is not in this scene",
+                      "name one of " + list_of_objects(segmentation) + ", or leave it out");
   StageInputs<ExtractStage> in;
   in.options = stage;
   in.parts = {ScenePart::kSplats, ScenePart::kUp, ScenePart::kSupport};

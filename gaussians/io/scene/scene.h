@@ -29,10 +29,9 @@ struct VideoReference {
 };
 
 /// Contents of scene.json; every path is resolved against the folder of the file.
-/// Keys: splats, cameras, photos, masks, labels, video {file, camera, fps}, up [3], metres_per_unit, support (name of
-/// an id), object (name of the id that `run` takes when none is given), pinned [{box: [x0,y0,z0,x1,y1,z1]} |
-/// {sphere: [x,y,z,r]}], material {young, poisson, density, law,
-/// constants {name: value}}.
+/// Keys: splats, cameras, photos, masks, labels, video {file, camera, fps}, up [3] or an axis such as "-y",
+/// metres_per_unit, support (name of an id), object (name of the id that `run` takes when none is given), pinned [{box:
+/// [x0,y0,z0,x1,y1,z1]} | {sphere: [x,y,z,r]}], material {young, poisson, density, law, constants {name: value}}.
 struct SceneFile {
   std::filesystem::path file, splats, cameras, photos, masks, labels;
   std::optional<VideoReference> video;

@@ -3,6 +3,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/scene/scene.h"
+#include "gaussians/io/scene/up_direction.h"
 
 namespace fs = std::filesystem;
 
@@ -68,6 +69,19 @@ MaterialValues read_material(const JsonObject& object) {
   return material;
 }
 
+/// Three numbers, or the name of an axis.
+Eigen::Vector3d read_up(const JsonObject& top, bool named) {
+  if (named) {
+    const std::string name = top.text("up");
+    if (const auto axis = axis_of_name(name)) return *axis;
+    throw top.complaint("up", "is '" + name + "'", "give x, y, z, -x, -y or -z, or three numbers [x, y, z]");
+  }
+  const std::vector<double> v = top.numbers("up", 3);
+  const Eigen::Vector3d up(v[0], v[1], v[2]);
+  if (!(up.stableNorm() > 1e-9)) throw top.complaint("up", "is zero", "give a direction");
+  return up.stableNormalized();
+}
+
 }  // namespace
 
 bool SceneFile::Region::contains(const Vec3f& x) const {
@@ -96,12 +110,7 @@ SceneFile read_scene_file(const fs::path& file) {
     }
   }
   if (top.has("video")) scene.video = read_video(top.object("video"), folder);
-  if (top.has("up")) {
-    const std::vector<double> v = top.numbers("up", 3);
-    const Eigen::Vector3d up(v[0], v[1], v[2]);
-    if (!(up.stableNorm() > 1e-9)) throw top.complaint("up", "is zero", "give a direction");
-    scene.up = up.stableNormalized();
-  }
+  if (top.has("up")) scene.up = read_up(top, json["up"].is_string());
   scene.metres_per_unit = positive(top, "metres_per_unit");
   if (top.has("support")) scene.support = top.text("support");
   if (top.has("object")) scene.object = top.text("object");

@@ -18,7 +18,8 @@ constexpr double kMostBelow = 0.10;  // of what is outside the plane
 constexpr double kUsualWorld = 0.5;  // bonus of planes that agree with -y, the usual up of reconstructed scenes
 constexpr double kUsualTilt = 40 * M_PI / 180;  // of reconstructed scenes against it
 constexpr double kLeastWidth = 0.3;             // of a ground / its length
-constexpr double kLeastGround = 1.5;            // area of a ground / area of what stands on it
+constexpr double kLeastGround = 1.5;            // area of a ground / area of what stands on it, or of its foot
+constexpr double kFoot = 3;                     // height of a foot above the middle of the plane, half thicknesses
 constexpr float kSole = 0.03f;                  // height of the slab on which a thing stands / its height
 constexpr double kClearlyWider = 2;             // spread of one sole / spread of the other
 
@@ -30,6 +31,7 @@ struct Plane {
   double score = 0;
   double width = 0;   // share of its length
   double ground = 0;  // area inside the band / area above it, both by standard deviations
+  double foot = 0;    // area inside the band / area of what is next above it: a crown is wider than its stem
 };
 
 /// Counts the samples in, above and below the plane and turns its normal so that most lie above.
@@ -49,12 +51,13 @@ void judge(const std::vector<Eigen::Vector3d>& samples, double band, Plane& plan
   plane.score = plane.share * (1 + kUsualWorld * std::max(0.0, -plane.normal.y()));
 }
 
-/// Whether the plane carries the rest.  One that is far from the usual vertical must also be a ground: wide, and wider
-/// than what is above, because the flat side of a thing fits a plane as well.
+/// Whether the plane carries the rest.  One that is far from the usual vertical must also be a ground, because the flat
+/// side of a thing fits a plane as well: wide, not smaller than what is above, and clearly wider than that or its foot.
 bool stands_on(const Plane& plane) {
   if (plane.share < kLeastShare || plane.below > kMostBelow) return false;
   const bool usual = -plane.normal.y() >= std::cos(kUsualTilt);
-  return usual || (plane.width >= kLeastWidth && plane.ground >= kLeastGround);
+  const bool wide = plane.width >= kLeastWidth && plane.ground >= 1;
+  return usual || (wide && std::max(plane.ground, plane.foot) >= kLeastGround);
 }
 
 /// Square root of the determinant of the covariance of weighted points: their area by standard deviations.
@@ -111,12 +114,17 @@ Plane refit(const std::vector<Eigen::Vector3d>& samples, double band, const Plan
   fitted.offset = fitted.normal.dot(mean);
   judge(samples, band, fitted);
   fitted.width = std::sqrt(axes.values[1] / axes.values[2]);
-  std::vector<Eigen::Vector2d> in, above;
+  std::vector<Eigen::Vector2d> in, foot, above;
   for (const Eigen::Vector3d& x : samples) {
     const double height = fitted.normal.dot(x) - fitted.offset;
-    if (height >= -band) (height <= band ? in : above).push_back(axes.vectors.rightCols<2>().transpose() * x);
+    if (height < -band) continue;
+    const Eigen::Vector2d place = axes.vectors.rightCols<2>().transpose() * x;
+    (height <= band ? in : above).push_back(place);
+    if (height > band && height <= kFoot * band) foot.push_back(place);
   }
-  fitted.ground = spread(in, {}) / std::max(spread(above, {}), 1e-30);
+  const double area = spread(in, {});
+  fitted.ground = area / std::max(spread(above, {}), 1e-30);
+  fitted.foot = area / std::max(spread(foot, {}), 1e-30);
   return fitted;
 }
 
@@ -136,6 +144,15 @@ std::vector<Eigen::Vector3d> draw_samples(const GaussianCloud& cloud) {
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector3d> axis_of_name(const std::string& name) {
+  const bool reversed = name.starts_with('-');
+  const std::string letter = name.substr(reversed);
+  for (int axis = 0; axis < 3; ++axis)
+    if (letter == std::string(1, static_cast<char>('x' + axis)))
+      return (reversed ? -1 : 1) * Eigen::Vector3d::Unit(axis);
+  return std::nullopt;
+}
 
 std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras) {
   if (cameras.size() < 3) return std::nullopt;

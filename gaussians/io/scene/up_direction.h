@@ -14,12 +14,15 @@ struct UpDirection {
   std::string source;               ///< how it was found, a sentence
 };
 
+/// The direction of that name: x, y, z, -x, -y or -z; empty for other texts.
+std::optional<Eigen::Vector3d> axis_of_name(const std::string& name);
+
 /// Mean direction of the cameras' picture-up, for at least 3 cameras that agree roughly.
 std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras);
 
 /// Normal of the plane that the cloud stands on: RANSAC (Fischler and Bolles 1981) over opacity-weighted positions,
 /// oriented so that what is not in the plane lies above it.  Empty unless the plane holds at least 1/5 of the
-/// opacity, has nearly nothing below it, and is either near the usual vertical (-y) or wider than what is above it.
+/// opacity, has nearly nothing below it, and is either near the usual vertical (-y) or wider than what stands on it.
 /// Deterministic.
 std::optional<UpDirection> up_of_support_plane(const GaussianCloud& cloud);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "app/commands/stage_options.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
@@ -242,6 +243,29 @@ TEST(ViewCommand, TakesAFolderWithASceneForTheSceneAndNotForARun) {
   const Printed printed = print({"view", scene, "--out", (folder / "out").string(), "--no-browser"});
   EXPECT_EQ(printed.code, 1);
   EXPECT_NE(printed.error.find("absent.ply"), std::string::npos) << printed.error;
+}
+
+TEST(SceneOptions, UpIsThreeNumbersOrAnAxis) {
+  const auto up_of = [](const std::string& text) {
+    SceneOptions options;
+    options.up = text;
+    return options.load_options().up;
+  };
+  EXPECT_FALSE(up_of(""));
+  EXPECT_EQ(up_of("0,0,-2"), Eigen::Vector3d(0, 0, -1));
+  EXPECT_EQ(up_of("-y"), Eigen::Vector3d(0, -1, 0));
+  for (const char* wrong : {"up", "0,0", "0,0,0", "z,x,y", "-"})
+    expect_error(Failure::kUsage, {"--up"}, [&] { up_of(wrong); });
+
+  // Its dash does not make it an option.
+  const TemporaryFolder folder;
+  GaussianCloud cloud;
+  cloud.resize(20);
+  for (int i = 0; i < 20; ++i) cloud.position[i] = Vec3f(0.1f * i, 0, 0.1f * (i % 3));
+  write_ply(folder / "scene.ply", cloud);
+  const std::string scene = (folder / "scene.ply").string(), out = (folder / "out").string();
+  const Printed printed = print({"segment", scene, "--out", out, "--sphere", "0,0,0,1", "--up", "-z"});
+  EXPECT_NE(printed.error.find("up: given by the user"), std::string::npos) << printed.error;
 }
 
 }  // namespace pliant

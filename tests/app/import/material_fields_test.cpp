@@ -12,6 +12,7 @@
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/npy.h"
 #include "gaussians/io/files/zip_archive.h"
+#include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
@@ -139,6 +140,21 @@ TEST(MaterialField, HostileFilesNameFileAndField) {
   const std::string whole = read_text(folder / "whole.npz");
   for (size_t part = 1; part < 8; ++part) refused("cut.npz", whole.substr(0, whole.size() * part / 8), {});
   expect_error(Failure::kUsage, {"field.txt"}, [&] { write_material_field(folder / "field.txt", some_field()); });
+}
+
+TEST(Info, OfAMaterialFieldIsItsPointsAndRanges) {
+  const TemporaryFolder folder;
+  MaterialFile m = some_field();
+  m.young[7] = 4.5e6f;
+  write_material_field(folder / "field.npz", m);
+  testing::internal::CaptureStdout();
+  const int code = run_pliant({"info", (folder / "field.npz").string()});
+  const std::string out = testing::internal::GetCapturedStdout();
+  EXPECT_EQ(code, 0);
+  for (const char* word : {"kind: material field", "points: 3000", "4500000", "young_pa", "density_kg_m3"})
+    EXPECT_NE(out.find(word), std::string::npos) << word << " in: " << out;
+  EXPECT_EQ(run_quietly({"info", folder.file("broken.npz", "PK").string()}), static_cast<int>(Failure::kInput));
+  EXPECT_EQ(run_quietly({"info", (folder / "field.npz").string(), "--level", "1"}), static_cast<int>(Failure::kUsage));
 }
 
 }  // namespace

@@ -248,7 +248,7 @@ TEST_F(StageKeys, ValuesOfTheSceneFileChangeTheKeysOfTheStagesThatReadThem) {
   EXPECT_EQ(changed_by([] {}), Names());
   expect("/up", {0, 0.1, 1}, kSegment + Names{"extract"} + kBody + kFit + kSimulate + kRender);
   expect("/metres_per_unit", 2.5, Names{"predict", "seed"} + kFit + kSimulate + kRender);
-  expect("/support", "pot", {"extract"});
+  expect("/support", "ball", {"extract"});
   expect("/object", "table", {"extract"});
   expect("/pinned/0/box/5", 0.2, {"fill"});
   expect("/material/young", 12345, Names{"predict"} + kFit + kSimulate);

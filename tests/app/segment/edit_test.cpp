@@ -47,6 +47,13 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   // The wrong name changes nothing, not even what came before it on the command line.
   EXPECT_EQ(run_quietly({"segment", "edit", out, "--name", "flower=tulip", "--drop", "tabel"}), 2);
   EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
+  // Nor is anything said to be done.
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_pliant({"segment", "edit", out, "--drop", "table", "--split", "table"}), 2);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(said.find("was removed"), std::string::npos) << said;
+  EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
+  EXPECT_FALSE(read_json(run / "run.json").contains("edits"));
   EXPECT_EQ(run_quietly({"segment", "edit", out}), 2);
   EXPECT_EQ(run_quietly({"segment", "--out", out}), 2);
 

@@ -47,6 +47,7 @@ class StaleInputs : public testing::Test {
   }
   json stage(const std::string& name) const { return json::parse(read_text(folder_ / "run/run.json"))["stages"][name]; }
 
+  const std::string kTable = std::to_string(MadeScene::kTable);
   TemporaryFolder folder_;
   json settings_;
 };
@@ -67,13 +68,27 @@ TEST_F(StaleInputs, ChangedNamesOfLabelsAreSeen) {
 
 TEST_F(StaleInputs, AChangedSupportIsSeenByExtractAlone) {
   const json segmented = stage("segment"), extracted = stage("extract");
-  settings_["support"] = "ground";
+  settings_["support"] = kTable;
   write_settings();
   EXPECT_EQ(run_quietly(segment()), 0);
   EXPECT_EQ(stage("segment"), segmented);
   EXPECT_EQ(run_quietly(extract("ball")), 0);
-  EXPECT_EQ(stage("extract")["scene"]["support"], "ground");
+  EXPECT_EQ(stage("extract")["scene"]["support"], kTable);
   EXPECT_NE(stage("extract"), extracted);
+}
+
+TEST_F(StaleInputs, ASupportThatIsNoObjectIsRefusedByExtract) {
+  settings_["support"] = "tabel";
+  write_settings();
+  EXPECT_EQ(run_quietly(segment()), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_pliant(extract("ball")), 2);
+  const std::string error = testing::internal::GetCapturedStderr();
+  for (const char* word : {"scene.json: support: tabel", "300 = ball"})
+    EXPECT_NE(error.find(word), std::string::npos) << word << " in: " << error;
+  // Where names were changed by hand, one that is gone is no mistake of the file.
+  ASSERT_EQ(run_quietly({"segment", "edit", (folder_ / "run").string(), "--name", "ball=apple"}), 0);
+  EXPECT_EQ(run_quietly(extract("apple")), 0);
 }
 
 TEST_F(StaleInputs, AChangedUpIsSeenByExtract) {

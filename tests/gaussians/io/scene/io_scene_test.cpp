@@ -110,6 +110,31 @@ TEST(UpDirection, IsNotTheNormalOfTheFlatSideOfAThing) {
   EXPECT_EQ(up_of_cloud(cloud).up, Eigen::Vector3d(0, -1, 0));
 }
 
+/// A plant on a table of 1 x 1: a stem, whose crown is nearly as wide as the table.
+TEST(UpDirection, OfATableIsItsNormalAlsoUnderACrownThatOverhangs) {
+  for (const Vec3f& up : {Vec3f(0, 0, 1), Vec3f(1, 0, 0)}) {
+    GaussianCloud cloud = ball(1500, 0.8f * up, 0.6f);
+    const Vec3f a = up.unitOrthogonal(), b = up.cross(a);
+    Random random(8);
+    cloud.resize(4800);
+    for (size_t i = 1500; i < cloud.size(); ++i) {
+      const float x = static_cast<float>(random.uniform(-0.5, 0.5)), y = static_cast<float>(random.uniform(-0.5, 0.5));
+      cloud.position[i] =
+          i < 1800 ? Vec3f(0.05f * (x * a + y * b) + up * random.uniform(0, 0.3)) : Vec3f(x * a + y * b);
+      cloud.log_scale[i] = Vec3f::Constant(-4);
+      cloud.opacity_logit[i] = 2;
+    }
+    EXPECT_GT(up_of_cloud(cloud).up.dot(up.cast<double>()), 0.999) << up.transpose();
+  }
+}
+
+TEST(UpDirection, AxesHaveNames) {
+  EXPECT_EQ(axis_of_name("x"), Eigen::Vector3d(1, 0, 0));
+  EXPECT_EQ(axis_of_name("-y"), Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(axis_of_name("z"), Eigen::Vector3d(0, 0, 1));
+  for (const char* wrong : {"", "-", "w", "--z", "xy", "0,0,1", "Z"}) EXPECT_FALSE(axis_of_name(wrong)) << wrong;
+}
+
 TEST(UpDirection, OfCamerasIsTheirMeanPictureUp) {
   std::vector<Camera> cameras;
   for (int i = 0; i < 8; ++i) {
@@ -182,6 +207,7 @@ TEST(SceneFile, EveryKeyIsRead) {
   EXPECT_EQ(scene.material.young, 2e5);
   EXPECT_EQ(scene.material.poisson, 0.3);
   EXPECT_EQ(scene.material.density, 900);
+  EXPECT_EQ(*read_scene_file(folder.file("scene.json", R"({"up": "-y"})")).up, Eigen::Vector3d(0, -1, 0));
 }
 
 TEST(SceneFile, UnknownKeysAndImpossibleValuesAreNamed) {
@@ -203,6 +229,7 @@ TEST(SceneFile, UnknownKeysAndImpossibleValuesAreNamed) {
   refused(R"({"metres_per_unit": 0})", {"metres_per_unit"});
   refused(R"({"up": [0, 0, 0]})", {"up", "zero"});
   refused(R"({"up": [0, 0]})", {"up", "3 numbers"});
+  refused(R"({"up": "upwards"})", {"up", "upwards", "-z"});
   refused(R"({"up": [0, 0, null]})", {"up", "null"});
   refused(R"({"pinned": [{"box": [0, 0, 0, 1, 1]}]})", {"pinned[0].box"});
   refused(R"({"pinned": [{"box": [2, 0, 0, 1, 1, 1]}]})", {"pinned[0].box", "corner"});
