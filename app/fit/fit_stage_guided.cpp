@@ -96,11 +96,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   forces.duration = (drawn - 1) / fps;
   forces.settle = 0;
   forces.solver = stage.solver;
-  SimulationPlan plan = plan_simulation(context, in.files, in.found, scene, forces, fit.body);
-  if (compare.load.empty()) {
-    plan.interactions.front().start = 0;
-    plan.script[0]["start"] = 0;
-  }  // the push, at once
+  const SimulationPlan plan = plan_simulation(context, in.files, in.found, scene, forces, fit.body, 0.0);
   write_text(run / "fit/interactions.json", plan.script.dump(2) + "\n");
   const Motion<float> motion = pushed_motion(plan, fit);
 

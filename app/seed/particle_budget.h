@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "app/simulate/clip_work.h"
 #include "physics/mpm/particles.h"
 
 namespace pliant {
@@ -20,12 +21,9 @@ CoarseCost cost_from_json(const nlohmann::json& record);
 /// halves the steps.
 double particle_steps(const CoarseCost& cost, int count);
 
-/// As many of them as a second of motion may take where the user does not say how many particles there are: a clip of
-/// four seconds takes a minute on two cores.
-constexpr double kUsualParticleSteps = 1e8;
-/// Still so many particles where that is too few steps.
+/// Particles where even fewer would take more than kUsualParticleSteps.
 constexpr int kFewestParticles = 2000;
-/// `usual`, or as many as these steps allow.
+/// `usual`, or as many as kUsualParticleSteps of a second of motion allow, where the user does not say how many.
 int affordable_count(const CoarseCost& cost, int usual);
 
 }  // namespace pliant

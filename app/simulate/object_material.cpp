@@ -111,6 +111,7 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   ObjectMaterial out{*young, *poisson, *density, {}};
   const std::string& law = command_line.law.empty() ? file.law : command_line.law;
   if (!law.empty()) out.material.law = parse_law(law);
+  validate_poisson("material", out.material.law, *poisson);
   // Constants belong to the law that stands beside them; those of a file whose law is replaced may not count.
   const Law law_of_file = file.law.empty() ? Law::kFixedCorotated : parse_law(file.law);
   for (const auto& [name, constant] : file.constants)

@@ -131,10 +131,11 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
                 stiffness_sheet(read_ply(in.files.at("object")), scene.up, particles.solid_position, solid.young,
                                 "Young's modulus E of the object"));
   SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
-  SimulationPlan plan =
-      physgaussian ? plan_physgaussian(context, in.files, stage, body)
-                   : plan_simulation(context, in.files, in.found, scene,
-                                     timed ? with_fitted_damping(stage, in.files.at("velocity")) : stage, body, replay);
+  SimulationPlan plan = physgaussian
+                            ? plan_physgaussian(context, in.files, stage, body)
+                            : plan_simulation(context, in.files, in.found, scene,
+                                              timed ? with_fitted_damping(stage, in.files.at("velocity")) : stage, body,
+                                              replay ? std::nullopt : std::optional(kPushStart));
   write_text(run / "interactions.json", plan.script.dump(2) + "\n");
 
   const fs::path out = run / in.outputs[0];

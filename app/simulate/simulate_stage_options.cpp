@@ -6,7 +6,10 @@ namespace pliant {
 
 std::vector<Option> material_options(MaterialValues& material) {
   return {{.name = "young", .field = &material.young, .help = "Young's modulus [Pa]", .value = "E"},
-          {.name = "poisson", .field = &material.poisson, .help = "Poisson's ratio, -1 < nu < 0.5", .value = "NU"},
+          {.name = "poisson",
+           .field = &material.poisson,
+           .help = "Poisson's ratio, -0.2 to 0.5; hencky: from -1",
+           .value = "NU"},
           {.name = "density", .field = &material.density, .help = "Density [kg/m^3]", .value = "RHO"}};
 }
 

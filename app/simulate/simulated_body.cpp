@@ -8,6 +8,7 @@
 #include "app/import/interactions.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
+#include "app/simulate/clip_work.h"
 #include "app/simulate/default_push.h"
 #include "fitting/fields/uniform_field.h"
 #include "gaussians/base/error.h"
@@ -21,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kPushStart = 0.3, kPushDuration = 0.3;  // s
+constexpr double kPushDuration = 0.3;  // s
 
 }  // namespace
 
@@ -103,7 +104,7 @@ Interaction obstacle_of(const Context& context, const std::filesystem::path& fil
 /// Without a script: one sideways push at the top, as strong as the body's stiffness asks for.
 json sized_push(const Context& context, const SimulationPlan& plan, const std::filesystem::path& object,
                 const json& extract, const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
-                std::vector<Interaction> held, json& push) {
+                std::vector<Interaction> held, double start, json& push) {
   const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(object)));
   const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
   const PushPlace place = default_push_place(body.particles, scene.up, right);
@@ -126,8 +127,13 @@ json sized_push(const Context& context, const SimulationPlan& plan, const std::f
   push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
   context.progress.say(
       fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s", size.newtons,
-                  kPushStart, kPushStart + kPushDuration));
-  return json::array({push_row(place, size.newtons, kPushStart, kPushDuration, scene.metres_per_unit)});
+                  start, start + kPushDuration));
+  return json::array({push_row(place, size.newtons, start, kPushDuration, scene.metres_per_unit)});
+}
+
+void warn_of_work(const Context& context, const SimulateOptions& options, const Particles& particles) {
+  if (const std::string sentence = describe_work(options, particles); !sentence.empty())
+    context.progress.warn(sentence);
 }
 
 /// Whether one of the interactions is a pin that holds the body at the start.
@@ -204,7 +210,9 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
 }
 
 SimulationPlan plan_simulation(const Context& context, const InputFiles& files, const json& extract, const Scene& scene,
-                               const SimulateStage& stage, const SimulatedBody& body, bool moving) {
+                               const SimulateStage& stage, const SimulatedBody& body,
+                               std::optional<double> push_start) {
+  const bool moving = !push_start;
   SimulationPlan plan;
   plan.options.fps = stage.fps;
   plan.options.duration = stage.duration;
@@ -230,11 +238,13 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
     plan.script = json::parse(text);
   }
   set_by_hold(context, stage, is_held(plan, pins, body.particles), plan.options);
-  if (!moving && stage.interactions.empty() && stage.duration <= kPushStart)
+  warn_of_work(context, plan.options, body.particles);
+  if (!moving && stage.interactions.empty() && stage.duration <= *push_start)
     context.progress.say(
         "simulate: the clip ends before the push begins: nothing pushes the object; give a longer --duration");
   else if (!moving && stage.interactions.empty()) {
-    plan.script = sized_push(context, plan, files.at("object"), extract, scene, stage, body, pins, plan.push);
+    plan.script =
+        sized_push(context, plan, files.at("object"), extract, scene, stage, body, pins, *push_start, plan.push);
     plan.interactions = parse_interactions(plan.script.dump(), frame, "interactions.json");
   }
   plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
@@ -271,6 +281,7 @@ SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files
   plan.options = world.options;
   plan.options.grid = GridKind::kEulerian;  // as in that program
   plan.interactions = world.interactions;
+  warn_of_work(context, plan.options, body.particles);
   plan.script = {{"physgaussian", json::parse(read_text(stage.physgaussian))}, {"notes", world.notes}};
   return plan;
 }

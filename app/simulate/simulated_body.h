@@ -46,12 +46,15 @@ struct SimulationPlan {
   bool floor = false;     ///< the support's plane was added
 };
 
-/// From the stage's options: an interaction script, nothing (`moving`: the body moves already) or one push sized to the
-/// stiffness; pins, the support's floor.  Damping by default only where a pin holds the body at the start.
-/// `files`: object, for the push, and background, for an obstacle; `extract`: height and contact that it found.
+constexpr double kPushStart = 0.3;  // s
+
+/// From the stage's options: an interaction script, or one push from `push_start` [s] on that is sized to the
+/// stiffness, or nothing where that is not given because the body moves already; pins, the support's floor.  Damping by
+/// default only where a pin holds the body at the start. `files`: object, for the push, and background, for an
+/// obstacle; `extract`: height and contact that it found.
 SimulationPlan plan_simulation(const Context& context, const InputFiles& files, const nlohmann::json& extract,
                                const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
-                               bool moving = false);
+                               std::optional<double> push_start = kPushStart);
 
 /// From a configuration of PhysGaussian; moves `body` into its simulation space and gives it its material.
 SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files, const SimulateStage& stage,

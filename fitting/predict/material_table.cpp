@@ -114,6 +114,7 @@ KnownMaterial material_of(const CsvRow& row) {
     validate_material("", out.young.low, out.poisson.low, out.density.low);
     validate_material("", out.young.high, out.poisson.high, out.density.high);
     validate_material("", out.law);
+    validate_poisson("", out.law.law, out.poisson.low);
   } catch (const Error& error) {
     throw row.complaint(error.field, error.problem, error.remedy);
   }

@@ -34,6 +34,33 @@ void validate_material(const std::string& where, double young, double poisson, d
   positive("density", density, "give the density in kg/m^3, for example 1000");
 }
 
+double least_poisson(Law law) {
+  constexpr double kStableTo17Percent = -0.2;  // stretched in all directions, by mu |F - R|^2 + lambda/2 (J - 1)^2
+  switch (law) {
+    case Law::kFixedCorotated:
+    case Law::kNeoHookean:
+    case Law::kSnow:
+    case Law::kViscoelastic:
+      return kStableTo17Percent;
+    case Law::kHencky:
+    case Law::kMetal:
+    case Law::kSand:
+    case Law::kFoam:
+    case Law::kPlasticine:
+    case Law::kFluid:
+      break;
+  }
+  return -1;
+}
+
+void validate_poisson(const std::string& where, Law law, double poisson) {
+  constexpr double kRounding = 1e-6;
+  if (!(poisson < least_poisson(law) - kRounding)) return;
+  throw usage_error(where, "poisson",
+                    "is " + std::to_string(poisson) + ", for which the law " + law_name(law) + " is unstable",
+                    "give -0.2 or more, or choose the law hencky, which holds from -1 to 0.5");
+}
+
 void validate_material(const std::string& where, const Material& m) {
   const auto positive = [&](const char* field, double value) {
     require(value > 0 && std::isfinite(value), where, field, value, "give a positive number");

@@ -52,7 +52,12 @@ struct Material {
 
 /// Throws Error{kUsage} naming `where`, the field and the value unless E > 0, -1 < nu < 0.5 and rho > 0 (and finite).
 void validate_material(const std::string& where, double young, double poisson, double density);
-/// The same for the constants that `material.law` uses.
+/// Poisson's ratio from which on a law holds: -0.2 where its energy has a term lambda f(J)^2, because a negative lambda
+/// leaves such an energy without a lower bound and the body inflates or collapses; else -1, where K vanishes.
+double least_poisson(Law law);
+/// Throws Error{kUsage} unless `law` holds for this Poisson's ratio.
+void validate_poisson(const std::string& where, Law law, double poisson);
+/// Throws Error{kUsage} for impossible constants that `material.law` uses.
 void validate_material(const std::string& where, const Material& material);
 
 /// First and second Lame parameter [Pa] of Young's modulus and Poisson's ratio.

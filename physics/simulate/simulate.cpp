@@ -51,6 +51,7 @@ void validate(const SimulateOptions& options, const BasicParticles<T>& particles
             "every particle needs a positive volume");
     validate_material("particle " + std::to_string(i), particles.young[i], particles.poisson[i],
                       particles.mass[i] / particles.volume[i]);
+    validate_poisson("particle " + std::to_string(i), particles.material(i).law, particles.poisson[i]);
     require(particles.position[i].allFinite(), "position", particles.position[i].norm(), "positions must be finite");
   }
   CHECK_MSG(start.x.size() == n && start.v.size() == n && start.C.size() == n && start.F.size() == n,

@@ -46,6 +46,32 @@ BasicParticles<T> with_weights(BasicParticles<T> particles, const std::vector<In
 }  // namespace
 
 template <class T>
+FastestWave fastest_wave(const SimulateOptions& options, const BasicParticles<T>& particles, double dx) {
+  FastestWave fastest;
+  for (size_t i = 0; i < particles.size(); ++i) {
+    const double density = static_cast<double>(particles.mass[i]) / particles.volume[i];
+    const double c = sound_speed(particles.material(i), particles.young[i], particles.poisson[i], density);
+    const Lame<double> law = lame<double>(particles.young[i], particles.poisson[i]);
+    const Viscosity<double> viscous = viscosity(LawPoint<double>{&particles.material(i), law.mu, law.lambda});
+    // Explicit viscosity lowers the stable step of the shortest wave, whose damping ratio is xi.
+    const double modulus = density * c * c;
+    const double time = options.viscosity_time * (law.lambda + 2 * law.mu) + viscous.bulk + 2 * viscous.shear;
+    const double xi = time / modulus * c / dx;
+    const double speed = c * (std::sqrt(1 + xi * xi) + xi);
+    if (speed > fastest.speed) fastest = {speed, i};
+  }
+  return fastest;
+}
+
+template <class T>
+double substeps_at_rest(const SimulateOptions& options, const BasicParticles<T>& particles) {
+  if (options.substeps > 0) return options.substeps;
+  const double dx = options.cell_size > 0 ? options.cell_size : static_cast<double>(particles.cell_size);
+  const double wave = fastest_wave(options, particles, dx).speed / (options.courant * dx);
+  return std::max(1.0, std::ceil(wave / options.fps));
+}
+
+template <class T>
 Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>& particles,
                         const std::vector<Interaction>& interactions, SimulateSummary& summary)
     : options_(options),
@@ -58,19 +84,11 @@ Simulator<T>::Simulator(const SimulateOptions& options, const BasicParticles<T>&
       summary_(summary) {
   solver_.set_load_bits(schedule_.bits());
   if (schedule_.has_wind()) solver_.set_exposure(surface_elements(particles, dx_));
+  sound_speed_ = fastest_wave(options, particles_, dx_).speed;
   Vec3<T> low = particles.position[0], high = low;
-  for (size_t i = 0; i < particles.size(); ++i) {
-    const double density = static_cast<double>(particles_.mass[i]) / particles.volume[i];
-    const double c = sound_speed(particles.material(i), particles.young[i], particles.poisson[i], density);
-    const Lame<double> law = lame<double>(particles.young[i], particles.poisson[i]);
-    const Viscosity<double> viscous = viscosity(LawPoint<double>{&particles.material(i), law.mu, law.lambda});
-    // Explicit viscosity lowers the stable step of the shortest wave, whose damping ratio is xi.
-    const double modulus = density * c * c;
-    const double time = options.viscosity_time * (law.lambda + 2 * law.mu) + viscous.bulk + 2 * viscous.shear;
-    const double xi = time / modulus * c / dx_;
-    sound_speed_ = std::max(sound_speed_, c * (std::sqrt(1 + xi * xi) + xi));
-    low = low.cwiseMin(particles.position[i]);
-    high = high.cwiseMax(particles.position[i]);
+  for (const Vec3<T>& x : particles.position) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
   }
   diagonal_ = std::max((high - low).template cast<double>().norm(), 8 * dx_);
 }
@@ -153,6 +171,10 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
       tape);
 }
 
+template FastestWave fastest_wave(const SimulateOptions&, const BasicParticles<float>&, double);
+template FastestWave fastest_wave(const SimulateOptions&, const BasicParticles<double>&, double);
+template double substeps_at_rest(const SimulateOptions&, const BasicParticles<float>&);
+template double substeps_at_rest(const SimulateOptions&, const BasicParticles<double>&);
 template class Simulator<float>;
 template class Simulator<double>;
 

@@ -8,6 +8,18 @@
 
 namespace pliant {
 
+/// The fastest wave in a body at rest.
+struct FastestWave {
+  double speed = 0;     ///< m/s; viscosity counts as the speed whose time step it asks for
+  size_t particle = 0;  ///< through which it runs
+};
+/// That on cells of `dx` [m].  The time step of a body at rest is `options.courant` dx / speed.
+template <class T>
+FastestWave fastest_wave(const SimulateOptions& options, const BasicParticles<T>& particles, double dx);
+/// Substeps of a frame in which that body rests; `options.substeps` where these are given.
+template <class T>
+double substeps_at_rest(const SimulateOptions& options, const BasicParticles<T>& particles);
+
 /// Advances one body frame by frame: the inside of `simulate` and of roll-outs.
 template <class T>
 class Simulator {
@@ -50,6 +62,10 @@ class Simulator {
   std::vector<Vec3d> impulse_;  // [interactions] N s since the frame began
 };
 
+extern template FastestWave fastest_wave(const SimulateOptions&, const BasicParticles<float>&, double);
+extern template FastestWave fastest_wave(const SimulateOptions&, const BasicParticles<double>&, double);
+extern template double substeps_at_rest(const SimulateOptions&, const BasicParticles<float>&);
+extern template double substeps_at_rest(const SimulateOptions&, const BasicParticles<double>&);
 extern template class Simulator<float>;
 extern template class Simulator<double>;
 

@@ -110,5 +110,27 @@ TEST_F(SimulatedBar, SaysThatTheAutomaticPushComesTooLate) {
   EXPECT_EQ(said("0.4").find("push begins"), std::string::npos);
 }
 
+TEST_F(SimulatedBar, IsDescribedByInfoAsARun) {
+  make(true);
+  write_text(folder_ / "run/objects.json", R"([{"id": 1, "name": "bar"}])");
+  testing::internal::CaptureStdout();
+  const int code = run_pliant({"info", run()});
+  const std::string out = testing::internal::GetCapturedStdout();
+  EXPECT_EQ(code, 0);
+  for (const char* word : {"kind: run directory", "scene.ply", "- extract", "- seed", "- 1 = bar"})
+    EXPECT_NE(out.find(word), std::string::npos) << word << " in: " << out;
+}
+
+TEST_F(SimulatedBar, RefusesANegativePoissonsRatioBeforeAnythingRuns) {
+  make(true);
+  const auto code = [&](const std::string& law) {
+    return run_quietly({"simulate", run(), "--young", "1e5", "--poisson=-0.5", "--density", "500", "--law", law,
+                        "--duration", "0.05", "--interactions", script(json::array())});
+  };
+  EXPECT_EQ(code("fixed_corotated"), static_cast<int>(Failure::kUsage));
+  EXPECT_FALSE(std::filesystem::exists(object() / "material.h5"));
+  EXPECT_EQ(code("hencky"), 0);
+}
+
 }  // namespace
 }  // namespace pliant

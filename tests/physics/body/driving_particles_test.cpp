@@ -253,5 +253,16 @@ TEST(Material, ImpossibleValuesAreUsageErrors) {
   }
 }
 
+// lambda < 0 leaves the energies mu |F - R|^2 + lambda/2 (J - 1)^2 and mu/2 |F|^2 + lambda/2 (ln J)^2 without a lower
+// bound; those of logarithmic strain have one as long as K > 0.
+TEST(Material, AuxeticMaterialNeedsALawOfLogarithmicStrain) {
+  for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean, Law::kSnow, Law::kViscoelastic}) {
+    EXPECT_EQ(failure_of([&] { validate_poisson("m", law, -0.21); }), 2) << law_name(law);
+    EXPECT_EQ(failure_of([&] { validate_poisson("m", law, -0.2f); }), 0) << law_name(law);
+  }
+  for (const Law law : {Law::kHencky, Law::kMetal, Law::kSand, Law::kFoam, Law::kPlasticine, Law::kFluid})
+    EXPECT_EQ(failure_of([&] { validate_poisson("m", law, -0.9); }), 0) << law_name(law);
+}
+
 }  // namespace
 }  // namespace pliant

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "gaussians/base/error.h"
 #include "tests/physics/laws/laws_cases.h"
 
 namespace pliant {
@@ -141,6 +142,31 @@ TEST(LawBodies, WaterCarriesItsWeightAndKeepsItsVolume) {
 TEST(LawBodies, EnergyOfAFreeBlockDoesNotGrow) {
   for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky})
     EXPECT_LE(energy_growth(substance(law), 4, 500, 0.4), 1e-3) << law_name(law);
+}
+
+/// Largest displacement [m] of a column that is held at its foot while a steady acceleration bends it.
+double bent_column(const Substance& s) {
+  Interaction pin, push;
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(0, 0, 0.01), Vec3d(0, 0, 1));
+  push.type = InteractionType::kGust;
+  push.vector = Vec3d(2, 0, 0);
+  const Bodies p = block_of(s, Vec3d(0.03, 0.03, 0.12), 0.01);
+  return simulate<double>(run_options(50, 0.14), p, {pin, push}, initial_state(p)).summary.max_displacement;
+}
+
+TEST(LawBodies, BendingIsStableDownToTheLeastPoissonsRatioOfALaw) {
+  for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky, Law::kMetal}) {
+    Substance s = substance(law);
+    const double usual = bent_column(s);
+    s.poisson = std::max(least_poisson(law), -0.9);
+    const double auxetic = bent_column(s);
+    // Bending depends on E, hardly on nu.
+    EXPECT_GT(auxetic, 0.4 * usual) << law_name(law);
+    EXPECT_LT(auxetic, 2 * usual) << law_name(law);
+    s.poisson = least_poisson(law) - 0.01;
+    EXPECT_THROW(bent_column(s), Error) << law_name(law);
+  }
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "physics/mpm/mpm.h"
 #include "physics/simulate/energy.h"
 #include "physics/simulate/loads.h"
+#include "physics/simulate/simulator.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {
@@ -402,6 +403,25 @@ TEST(Simulate, ImpossibleInputIsAUsageError) {
   EXPECT_EQ(run(good, options, {miss}), 2);
   Interaction backwards = gust(Vec3d(1, 0, 0), -1);
   EXPECT_EQ(run(good, options, {backwards}), 2);
+}
+
+TEST(Simulate, SubstepsAtRestAreThoseOfABodyAtRest) {
+  auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01);
+  SimulateOptions options = options_of(50, 0.02);
+  options.gravity.setZero();
+  for (const GridKind grid : {GridKind::kEulerian, GridKind::kLagrangian})
+    for (const double viscosity : {0.0, 1e-3})
+      for (const double young : {1e4, 1e7}) {
+        options.grid = grid;
+        options.viscosity_time = viscosity;
+        particles.young.assign(particles.size(), 1e4);
+        particles.young[7] = young;
+        const auto result = simulate<double>(options, particles, {}, initial_state(particles));
+        EXPECT_EQ(substeps_at_rest(options, particles), result.summary.substeps_of_frame.at(0));
+        if (young > 1e4) {
+          EXPECT_EQ(fastest_wave(options, particles, particles.cell_size).particle, 7u);
+        }
+      }
 }
 
 }  // namespace
