@@ -1,6 +1,7 @@
 #include "app/live/live_client.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 
@@ -127,6 +128,7 @@ void LiveClient::begin(const LiveStart& start) {
   save(true);
   session_.reset();
   pending_.clear();
+  malloc_trim(0);  // what a body that flew far made the solver take
   answer_ = {};
   running_ = false;
   const bool same = body_ && start.drivers == start_.drivers && start.clustered_to == start_.clustered_to &&

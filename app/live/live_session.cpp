@@ -11,9 +11,10 @@
 namespace pliant {
 namespace {
 
-constexpr double kMostWork = 4e6;  // particles times substeps of a frame, which a person waits for
-constexpr int kFewestSubsteps = 100, kMostSubsteps = 2000;  // at which a frame is given up
-constexpr size_t kMostActive = 64;                          // interactions at a time
+constexpr double kMostWork = 2e6;       // particles times substeps of a frame, which a person waits for
+constexpr double kLeastReserve = 4;     // substeps over those at rest, at which a frame may be given up
+constexpr double kMostSubsteps = 2000;  // of a frame, unless the body at rest needs as many
+constexpr size_t kMostActive = 64;      // interactions at a time
 
 bool finite(const SimulationState& state) {
   float sum = 0;
@@ -34,8 +35,10 @@ SimulationState at_rest(SimulationState state) {
 LiveSession::LiveSession(const SimulateOptions& options, const Particles& particles,
                          const std::vector<Interaction>& held, const SimulationState& start)
     : options_(options), particles_(particles), first_(start) {
-  options_.max_substeps = static_cast<int>(
-      std::clamp(kMostWork / static_cast<double>(particles.size()), 1.0 * kFewestSubsteps, 1.0 * kMostSubsteps));
+  options_.max_substeps =
+      static_cast<int>(std::min(std::max(std::min(kMostWork / static_cast<double>(particles.size()), kMostSubsteps),
+                                         kLeastReserve * substeps_at_rest(options, particles)),
+                                1.0 * kMaxSubstepsOfFrame));
   for (size_t k = 0; k < held.size(); ++k) held_[static_cast<int>(k)] = held[k];
   held_at_start_ = static_cast<int>(held.size());
   open(start);

@@ -13,6 +13,7 @@ namespace pliant {
 namespace {
 
 constexpr double kJump = 1.0 / 3;  // cells by which a Lagrangian body may move in a step
+constexpr int kMostHalvings = 4;   // of the time step in one retry
 
 /// Origin of the grid: a multiple of dx near the middle of the body, so that coordinates stay small.
 template <class T>
@@ -41,6 +42,13 @@ template <class T>
 BasicParticles<T> with_weights(BasicParticles<T> particles, const std::vector<Interaction>& interactions) {
   particles.mass = masses_with_weights(particles, interactions);
   return particles;
+}
+
+/// Halvings of the time step by which a frame with this Courant number (1 = stable) is repeated.
+int halvings_of(double courant_number) {
+  int halvings = 1;
+  while (halvings < kMostHalvings && std::ldexp(1.0, halvings) < courant_number) ++halvings;
+  return halvings;
 }
 
 }  // namespace
@@ -119,16 +127,19 @@ int Simulator<T>::substeps_of(const BasicSimulationState<T>& state) const {
 template <class T>
 void Simulator<T>::advance(BasicSimulationState<T>& state) {
   int substeps = substeps_of(state);
-  for (int attempt = 0;; ++attempt) {
-    if (attempt > options_.max_retries || substeps > options_.max_substeps)
+  for (int halvings = 0;;) {
+    if (halvings > options_.max_retries || substeps > options_.max_substeps)
       throw numerical_error(
           "simulate",
           "frame " + std::to_string(state.frame + 1) + " stays unstable with " + std::to_string(substeps) + " substeps",
-          attempt > 0 ? "lower the forces, raise Young's modulus, or use fewer driving particles"
-                      : "lower the speeds or Young's modulus, or use fewer driving particles");
+          halvings > 0 ? "lower the forces, raise Young's modulus, or use fewer driving particles"
+                       : "lower the speeds or Young's modulus, or use fewer driving particles");
     begin_frame(state);
     if (run(state, substeps, 0, substeps)) break;
-    substeps *= 2;
+    // The smallest step that is allowed is tried in any case.
+    const int left = options_.max_retries - halvings, more = std::min(halvings_of(courant_number_), std::max(left, 1));
+    halvings += more;
+    substeps <<= more;
     ++summary_.retries;
   }
   solver_.store(state);
@@ -166,7 +177,8 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
         for (size_t k = 0; k < schedule_.size(); ++k)
           if (schedule_[k].type == InteractionType::kWeight)
             impulse_[k] += dt * schedule_[k].mass * loads_.gravity.template cast<double>();
-        return courant_number(solver_.max_speed(), dt, options_.courant_cap) <= 1;
+        courant_number_ = courant_number(solver_.max_speed(), dt, options_.courant_cap);
+        return courant_number_ <= 1;
       },
       tape);
 }

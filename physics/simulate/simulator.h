@@ -54,6 +54,7 @@ class Simulator {
   SimulateOptions options_;
   BasicParticles<T> particles_;
   double dx_, diagonal_ = 0, sound_speed_ = 0;
+  double courant_number_ = 0;  // of the last substep
   bool lagrangian_;
   LoadSchedule<T> schedule_;
   Mpm<T> solver_;
