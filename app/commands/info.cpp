@@ -31,11 +31,6 @@ nlohmann::json describe_physdreamer(const std::filesystem::path& path) {
           {"warnings", folder.warnings}};
 }
 
-/// A run directory, which is no scene folder.
-bool is_run_directory(const std::filesystem::path& path) {
-  return std::filesystem::is_regular_file(path / "run.json") && !std::filesystem::exists(path / "scene.json");
-}
-
 /// Scene, finished stages and objects of a run directory.
 nlohmann::json describe_run(const std::filesystem::path& path) {
   const RunDirectory run = RunDirectory::open(path);

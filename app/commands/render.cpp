@@ -56,8 +56,7 @@ void add_render(CLI::App& app, Program& program) {
   command->callback([options, command, &program] {
     program.action = [options, command, &program](Context& context) -> nlohmann::json {
       const std::filesystem::path source = options->scene.source;
-      // A reconstructed scene has a run.json of its own.
-      if (std::filesystem::exists(source / "run.json") && !std::filesystem::exists(source / "scene.json")) {
+      if (is_run_directory(source)) {
         const Unused of_scenes = {
             "does nothing for a run directory, whose clip is rendered", "leave it out, or render the scene", {}};
         refuse_given(*command, options_of(options->scene), of_scenes);

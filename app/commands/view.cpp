@@ -30,9 +30,7 @@ json splats_of(const json& inputs) {
 
 /// The run directory, or that of a scene, whose objects are found where that is not done for its splats as they are.
 Viewed open_viewed(const Context& context, const std::string& source, const std::string& out) {
-  const std::filesystem::path folder = source;
-  // A reconstructed scene has a run.json of its own.
-  const bool is_run = std::filesystem::exists(folder / "run.json") && !std::filesystem::exists(folder / "scene.json");
+  const bool is_run = is_run_directory(source);
   if (is_run && !out.empty())
     throw usage_error("--out", out, "was given together with a run directory", "leave it out, or name the scene");
   RunDirectory run =

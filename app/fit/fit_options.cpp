@@ -85,9 +85,11 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
         fmt::format("fit: {} parts, each with its own stiffness", *std::ranges::max_element(options.part) + 1));
   }
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
-  if (stage.field == "triplanes")
+  if (stage.field == "triplanes") {
     options.kind = MaterialKind::kTriplanes;
-  else {
+  } else if (stage.field == "kan") {
+    options.kind = MaterialKind::kKan;
+  } else {
     options.gradient.material_rate = kDirectRate;
     options.gradient.astray = kAstray;
   }

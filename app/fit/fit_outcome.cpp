@@ -44,6 +44,8 @@ std::string source_of(const MaterialFit& fit, MaterialKind kind) {
         return "a smooth field";
       case MaterialKind::kTriplanes:
         return "triplanes";
+      case MaterialKind::kKan:
+        return "a KAN";
     }
     return "";
   };

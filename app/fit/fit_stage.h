@@ -72,7 +72,7 @@ struct FitStage {
   double until = 0;        ///< s of the file; later frames only judge the fit; 0 = all are used
   std::string periods = "3.5";    ///< of the strongest mode that simulated motions are compared over, or "all"
   int points = 400;               ///< of the object's surface that are followed
-  std::string field;              ///< E(x): uniform, parts, smooth, triplanes; empty = the recipe's
+  std::string field;              ///< E(x): uniform, parts, smooth, triplanes, kan; empty = the recipe's
   std::string recipe = "search";  ///< search: over stiffness, then Gauss-Newton; physdreamer: gradients alone, v0 first
                                   ///< (fit_physdreamer.h); physdreamer-code: as its released programs do it;
                                   ///< physics3d, dreamphysics: constants that a guide asks for (fit_distilled.h);

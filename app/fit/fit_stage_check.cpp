@@ -174,7 +174,8 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
     refuse({{stage.typed("video"), !stage.video().empty()},
             {stage.typed("video-model-cmd"), !stage.generate.command.empty()}},
            with_recipe_text + ", which uses no video", "leave it out, or leave the recipe out");
-    refuse({{stage.typed("field"), !stage.field.empty()},
+    const bool network = stage.recipe == "dreamphysics" && stage.field == "kan";
+    refuse({{stage.typed("field"), !stage.field.empty() && !network},
             {stage.typed("fit-poisson"), c.poisson},
             {stage.typed("gradient-window"), c.window.has_value()},
             {stage.typed("guidance-weight"), c.guide_weight != CompareStage().guide_weight}},
@@ -192,12 +193,12 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
            "leave it out, or use --recipe physdreamer");
   const FitStage chosen = with_recipe(stage);
   const std::string& loss = chosen.compare.loss;
-  const bool by_gradients =
-      recipe || chosen.field == "triplanes" || loss != "tracks" || c.flow_weight > 0 || c.poisson || guided;
+  const bool by_gradients = recipe || chosen.field == "triplanes" || chosen.field == "kan" || loss != "tracks" ||
+                            c.flow_weight > 0 || c.poisson || guided;
   const std::string pictures = "add " + stage.typed("loss") + " image or both";
   if (!by_gradients)
     refuse(of_gradients(stage), "without gradients: the tracked points are fitted by Gauss-Newton",
-           pictures + ", " + stage.typed("flow-weight") + ", " + stage.typed("field") + " triplanes or " +
+           pictures + ", " + stage.typed("flow-weight") + ", " + stage.typed("field") + " triplanes or kan, or " +
                stage.typed("recipe") + " physdreamer");
   if (loss == "tracks") refuse(of_picture_loss(stage), "without an image loss", pictures);
   if (!guided) refuse(of_guide(stage), "without a guidance program", "add " + stage.typed("guidance-cmd") + " CMD");

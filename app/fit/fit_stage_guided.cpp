@@ -87,6 +87,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   DistilledFitOptions recipe =
       stage.recipe == "physics3d" ? DistilledFitOptions::physics3d() : DistilledFitOptions::dreamphysics();
   recipe.iterations = *compare.iterations;
+  recipe.network = stage.field == "kan";
   const int drawn = *compare.guide_frames * (stage.distilled() ? recipe.stages : 1);
   FitScene fit = load_still_scene(in, unfilmed_camera(in.files.at("object"), scene, stage));
   if (stage.distilled() && recipe.branch) add_branches(material, fit.body.particles);
@@ -116,9 +117,10 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   };
   const ClipFit found = find();
 
-  MaterialFile stored = fitted_material(
-      fit, found.motion.particles, 1,
-      (stage.distilled() ? stage.recipe : stage.field) + ", guided by '" + options.clip.guide->name() + "'");
+  MaterialFile stored =
+      fitted_material(fit, found.motion.particles, 1,
+                      (stage.distilled() ? stage.recipe + (recipe.network ? " with a KAN" : "") : stage.field) +
+                          ", guided by '" + options.clip.guide->name() + "'");
   const double young = mean_young(fit, stored), damping_time = found.motion.options.simulate.damping_time;
   for (size_t s = 0; s < stored.young.size(); ++s)
     if (fit.body.file.solid_driver[s] < 0) stored.young[s] = static_cast<float>(young);

@@ -240,9 +240,9 @@ OptionTable options_of(FitStage& stage) {
        .high = 20000},
       {.name = "field",
        .field = &stage.field,
-       .help = "Stiffness model: uniform, parts, smooth, triplanes (with v0(x)) (default: uniform; physdreamer: "
+       .help = "Stiffness model: uniform, parts, smooth, triplanes (with v0(x)), kan (default: uniform; physdreamer: "
                "triplanes)",
-       .choices = {"uniform", "parts", "smooth", "triplanes"}},
+       .choices = {"uniform", "parts", "smooth", "triplanes", "kan"}},
       {.name = "recipe",
        .field = &stage.recipe,
        .help = "search: over stiffness, then Gauss-Newton; else the paper's method, re-created (see fitting/README.md)",

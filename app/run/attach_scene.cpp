@@ -32,6 +32,13 @@ Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& opt
 
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options) {
+  if (is_run_directory(source)) {
+    const json made_from = RunDirectory::open(source).scene();
+    throw usage_error(source.string(), "", "is a run directory, not a scene",
+                      made_from.is_object() ? "give its scene, " + made_from.value("source", std::string()) +
+                                                  ", with --out " + source.string()
+                                            : std::string("give a scene"));
+  }
   Scene scene = load_any_scene(source, options);
   refuse_unused(options, scene);
   run.set_scene(recorded(source, options), context.overwrite);

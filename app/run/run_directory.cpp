@@ -175,6 +175,10 @@ RunDirectory RunDirectory::create(const fs::path& path) {
   return run;
 }
 
+bool is_run_directory(const fs::path& path) {
+  return fs::is_regular_file(path / "run.json") && !fs::exists(path / "scene.json");
+}
+
 RunDirectory RunDirectory::open(const fs::path& path) {
   if (!fs::exists(path / "run.json"))
     throw usage_error(path.string(), "", "is not a run directory: it has no run.json",

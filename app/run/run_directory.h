@@ -35,6 +35,9 @@ std::string first_difference(const nlohmann::json& before, const nlohmann::json&
 /// The same of two JSON objects whose entries are called `kind`: "option 'fps' was 30, now 12".
 std::string first_difference(const nlohmann::json& before, const nlohmann::json& now, const std::string& kind);
 
+/// Whether a folder is a run directory; that of `reconstruct`, which is a scene as well, is none.
+bool is_run_directory(const std::filesystem::path& path);
+
 /// A run directory and its run.json: the scene it belongs to, and per stage its options, input hashes, outputs,
 /// summary, wall time and peak memory.  From `create`, or the first writing on, no other process may write to it: that
 /// is a usage error.

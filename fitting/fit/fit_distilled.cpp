@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
+#include "fitting/fields/kan_field.h"
+#include "gaussians/base/adam.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -55,6 +59,44 @@ std::vector<std::vector<double>> gradient_of(const MotionGradient<float>& by, co
   return out;
 }
 
+/// E as a function of the place in the body, within its range.
+class YoungNetwork {
+ public:
+  YoungNetwork(const DistilledFitOptions::Range& range, const Particles& particles)
+      : middle_(0.5 * (std::log(range.low) + std::log(range.high))),
+        field_({.bound = 0.5 * (std::log(range.high) - std::log(range.low))}, particles.position) {}
+
+  /// Parameters of a factor of 1 everywhere.
+  std::vector<double> start() const { return field_.constant(std::vector<double>{-middle_}); }
+
+  /// log10 of the factors [N].
+  std::vector<double> log10_factors(std::span<const double> parameters) const {
+    std::vector<double> out = field_.values(parameters);
+    for (double& f : out) f = (f + middle_) / std::numbers::ln10;
+    return out;
+  }
+
+  /// A step of Adam from `state` on, by dL/dE [N] at `young` [N].
+  void step(double rate, std::span<const double> by_young, const std::vector<float>& young,
+            GradientFitState& state) const {
+    std::vector<double> adj_factor(by_young.begin(), by_young.end());
+    for (size_t i = 0; i < adj_factor.size(); ++i) adj_factor[i] *= young[i];
+    std::vector<double>& parameters = state.now.material;
+    const std::vector<double> gradient = field_.values_adjoint(parameters, adj_factor);
+    state.first_moment.resize(parameters.size(), 0.0);
+    state.second_moment.resize(parameters.size(), 0.0);
+    Adam<double> adam(state.first_moment, state.second_moment, state.steps);
+    adam.step(parameters, gradient, rate);
+    state.first_moment = adam.first_moment();
+    state.second_moment = adam.second_moment();
+    ++state.steps;
+  }
+
+ private:
+  double middle_;  // of the range of ln of the factor
+  KanField field_;
+};
+
 }  // namespace
 
 DistilledFitOptions DistilledFitOptions::physics3d() {
@@ -93,14 +135,21 @@ ClipFit fit_distilled(const DistilledFitOptions& options, const Motion<float>& m
   const auto begin = Clock::now();
   const size_t n = motion.particles.size();
   CHECK(options.stages > 0 && drawn.guide && drawn.drawn);
+  CHECK(!options.branch || !options.network);
   CHECK(!options.branch || motion.particles.materials.size() == n);
   std::vector<double>& parameters = state.now.material;
-  if (parameters.empty()) parameters.assign((options.branch ? kConstants : 1) * n, 0.0);
+  std::optional<YoungNetwork> network;
+  if (options.network) network.emplace(options.young, motion.particles);
+  if (parameters.empty())
+    parameters = network ? network->start() : std::vector<double>((options.branch ? kConstants : 1) * n, 0.0);
+  const auto motion_now = [&] {
+    return with_factors(motion, network ? network->log10_factors(parameters) : parameters);
+  };
   const Objective<float> objective = objective_of(options, drawn, fps);
   const DistilledFitOptions::Range ranges[kConstants] = {options.young, options.modulus, options.modulus,
                                                          options.viscosity};
   while (static_cast<int>(state.rows.size()) < options.iterations) {
-    Motion<float> now = with_factors(motion, parameters);
+    Motion<float> now = motion_now();
     now.options.gradient_window = 1;
     // A branch's stress follows from the return map of the substep before.
     now.options.gradient_substeps = options.branch ? 2 : 1;
@@ -109,8 +158,9 @@ ClipFit fit_distilled(const DistilledFitOptions& options, const Motion<float>& m
     for (size_t c = 0; c < gradients.size(); ++c) {
       if (!std::ranges::all_of(gradients[c], [](double g) { return std::isfinite(g); }))
         throw numerical_error("fit", "the gradient is not finite", "start from another Young's modulus");
-      distilled_step(options.rate, ranges[c], gradients[c], std::span(parameters).subspan(c * n, n));
+      if (!network) distilled_step(options.rate, ranges[c], gradients[c], std::span(parameters).subspan(c * n, n));
     }
+    if (network) network->step(options.network_rate, gradients[0], now.particles.young, state);
     const int frames = static_cast<int>(std::lround(motion.options.simulate.duration * motion.options.simulate.fps));
     state.rows.push_back({frames, by.loss, by.rollout_seconds, by.frames_seconds, by.reverse_seconds, 0});
     if (progress && state.rows.size() % 10 == 0)
@@ -118,7 +168,7 @@ ClipFit fit_distilled(const DistilledFitOptions& options, const Motion<float>& m
     if (keep && !keep(state))
       throw Error(Failure::kInterrupted, "fit", "", "interrupted", "run the same command to continue");
   }
-  Motion<float> found = with_factors(motion, parameters);
+  Motion<float> found = motion_now();
   return {std::move(found), state.rows, "iterations", std::chrono::duration<double>(Clock::now() - begin).count()};
 }
 

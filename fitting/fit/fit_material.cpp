@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fitting/fields/kan_field.h"
 #include "fitting/fields/part_field.h"
 #include "fitting/fields/weighted_field.h"
 #include "fitting/fit/young_posterior.h"
@@ -34,6 +35,9 @@ void add_left_out(const Field* field, std::vector<double>& sigma) {
       sigma[i] = std::sqrt(sigma[i] * sigma[i] + smooth->variance_left_out(i) / (kDecade * kDecade));
 }
 
+/// Whether E is a network's, which only gradients fit.
+bool is_network(MaterialKind kind) { return kind == MaterialKind::kTriplanes || kind == MaterialKind::kKan; }
+
 std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const Particles& particles) {
   switch (options.kind) {
     case MaterialKind::kUniform:
@@ -42,6 +46,7 @@ std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const P
       CHECK(options.part.size() == particles.size());
       return std::make_shared<PartField>(options.part, 1);
     case MaterialKind::kTriplanes:
+    case MaterialKind::kKan:
       if (!options.smooth_first) return nullptr;
       [[fallthrough]];
     case MaterialKind::kSmooth:
@@ -150,6 +155,9 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
     velocity_planes.resolution = 24;
     varied.material = std::make_shared<WeightedField>(make_triplane_field(planes, particles.position), free);
     varied.velocity = std::make_shared<WeightedField>(make_triplane_field(velocity_planes, particles.position), free);
+  } else if (options.kind == MaterialKind::kKan) {
+    varied.material = std::make_shared<WeightedField>(
+        std::make_shared<KanField>(KanFieldOptions{.bound = kDecade * options.decades}, particles.position), free);
   } else {
     varied.material = field_of(options, particles);
     if (!varied.material) varied.material = std::make_shared<PartField>(particles.size(), 1);
@@ -166,9 +174,8 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
 
 void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks,
                     const ClipFrames& frames, const MaterialFitProgress& kept, MaterialFit& fit) {
-  std::shared_ptr<const Field> field = options.kind == MaterialKind::kTriplanes
-                                           ? smooth_field_of(options, motion.particles)
-                                           : field_of(options, motion.particles);
+  std::shared_ptr<const Field> field =
+      is_network(options.kind) ? smooth_field_of(options, motion.particles) : field_of(options, motion.particles);
   if (!field) field = std::make_shared<PartField>(motion.particles.size(), 1);
   const double sigma = options.kind == MaterialKind::kUniform ? INFINITY
                        : options.kind == MaterialKind::kParts ? options.part_sigma * kDecade
@@ -216,7 +223,7 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
                step_of("homogeneous", fit.homogeneous)};
   if (const auto field = field_of(options, particles))
     add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
-  if (options.kind == MaterialKind::kTriplanes || options.poisson || options.clip.beyond_tracks())
+  if (is_network(options.kind) || options.poisson || options.clip.beyond_tracks())
     refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);
   fit.losses = dissipation_of(motion_of(fit.found, vibration, fit.particles, interactions, fps));
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());

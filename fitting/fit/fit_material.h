@@ -10,7 +10,7 @@
 
 namespace pliant {
 
-enum class MaterialKind { kUniform, kParts, kSmooth, kTriplanes };
+enum class MaterialKind { kUniform, kParts, kSmooth, kTriplanes, kKan };
 
 /// What PhysDreamer's released code (train/*.py, commit 95beb71) does and its paper does not say, for fit_physdreamer
 /// with triplanes: E = E0 + 1000 f(x) and v0 = 0.1 g(x) in a cube, networks of two layers, mean squared error instead
@@ -31,7 +31,8 @@ struct MaterialFitOptions {
   double decades =
       2;  ///< by which a part may differ from the best constant, and E at a point from where gradients begin
   bool smooth_first = true;  ///< they begin from a fit of a smooth field rather than from the best constant
-  /// Of kTriplanes, and of every kind once `clip` compares more than tracks.  Its windows are in frames of the video.
+  /// Of kTriplanes and kKan, and of every kind once `clip` compares more than tracks.  Its windows are in frames of the
+  /// video.
   GradientFitOptions gradient;
   int gradient_window = 0;                       ///< frames of the video through which gradients run back; 0 = all
   bool poisson = false;                          ///< one Poisson's ratio too
@@ -90,14 +91,14 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
 FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks, const ClipFrames& frames);
 
 /// How sure the tracks make E and damping about what gradients found (young_posterior.h), in the directions in which a
-/// material of this kind may vary; of triplanes, the modes of a smooth field.
+/// material of this kind may vary; of networks, the modes of a smooth field.
 void find_posterior(const MaterialFitOptions& options, const Motion<float>& motion, const TrackLoss<float>& tracks,
                     const ClipFrames& frames, const MaterialFitProgress& kept, MaterialFit& fit);
 
 /// The homogeneous fit (fit_vibration.h); then, for parts and smooth fields, Gauss-Newton once more from there with a
-/// field of factors of E, which also says how sure it is and is only taken where it explains more; for triplanes, or
-/// when more than tracks is compared, from there exact gradients (fit_gradient.h) of E(x), damping and, for triplanes,
-/// v0(x).
+/// field of factors of E, which also says how sure it is and is only taken where it explains more; for triplanes
+/// and KANs, or when more than tracks is compared, from there exact gradients (fit_gradient.h) of E(x), damping and,
+/// for triplanes, v0(x).
 MaterialFit fit_material(const MaterialFitOptions& options, const Particles& particles,
                          const std::vector<Interaction>& interactions, const TrackLoss<float>& tracks, double fps,
                          const std::function<void(const std::string&)>& progress = {}, MaterialFitProgress kept = {});

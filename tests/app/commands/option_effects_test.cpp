@@ -292,7 +292,8 @@ TEST_F(OptionEffects, OfFit) {
   none.erase("markers");  // instead of the scene's video
   try_all<FitStage>({}, with(none, parts));
   try_all<FitStage>({"--field", "parts"}, by_tracks);
-  try_all<FitStage>({"--field", "triplanes"}, with(with(to_video, images), parts));
+  for (const char* network : {"triplanes", "kan"})
+    try_all<FitStage>({"--field", network}, with(with(to_video, images), parts));
   try_all<FitStage>({"--loss", "image"}, with(to_video, parts));
   try_all<FitStage>({"--recipe", "physdreamer"}, with(to_video, with(parts, {"guidance-cmd", "periods"})));
   try_all<FitStage>({"--guidance-cmd", "true"}, with(with(with(markers, drawing), with(model, always)),

@@ -139,6 +139,16 @@ TEST(CheckFitStage, RecipesThatLetAProgramJudgeWantItAndNoVideo) {
   }
 }
 
+TEST(CheckFitStage, ANetworkOfPlacesIsDreamphysicsAlone) {
+  FitStage stage;
+  stage.compare.guide = "x";
+  stage.field = "kan";
+  stage.recipe = "dreamphysics";
+  EXPECT_NO_THROW(check_fit_stage(stage, false));
+  stage.recipe = "physics3d";
+  expect_error(Failure::kUsage, {"--field"}, [&] { check_fit_stage(stage, false); });
+}
+
 TEST(CheckFitStage, AMotionWithoutPhysicsTakesNoMaterial) {
   FitStage stage;
   stage.recipe = "dreamgaussian4d";
@@ -216,7 +226,7 @@ TEST(CheckFitStage, InRunOptionsAreNamedAsTheyAreTypedThere) {
   expect_refused(
       {{"add --fit.loss", [](FitStage& s) { s.compare.lambda = 0.5; }},
        {"add --fit.field parts", [](FitStage& s) { s.parts = 3; }},
-       {"--fit.flow-weight, --fit.field triplanes or --fit.recipe", [](FitStage& s) { s.compare.window = 1; }}},
+       {"--fit.flow-weight, --fit.field triplanes or kan, or --fit.recipe", [](FitStage& s) { s.compare.window = 1; }}},
       in_run([](FitStage&) {}), true);
 }
 

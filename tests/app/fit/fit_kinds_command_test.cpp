@@ -109,6 +109,15 @@ TEST_F(FitOfFewParticles, SmoothFieldsAreFittedByTheCommand) {
   EXPECT_LT(smooth["rms_px"].get<double>(), 0.3 * smooth["rms_still_px"].get<double>());
 }
 
+TEST_F(FitOfFewParticles, AKanIsFittedByTheCommand) {
+  const json fit = fitted({"--field", "kan", "--gradient-iterations", "4"});
+  const MaterialFile material = read_material(object / "material.h5");
+  EXPECT_EQ(material.source, "a KAN, fitted to the reference video");
+  expect_sigmas(material);
+  ASSERT_EQ(fit["iterations"].size(), 4u);
+  EXPECT_LT(fit["rms_px"].get<double>(), 0.3 * fit["rms_still_px"].get<double>());
+}
+
 TEST_F(FitOfFewParticles, TriplanesAreFittedByTheCommand) {
   if (!has_triplane_fields()) GTEST_SKIP() << "triplanes need libtorch, and this is built without";
   const json planes = fitted({"--field", "triplanes", "--gradient-iterations", "4"});

@@ -121,6 +121,16 @@ TEST_F(SimulatedBar, IsDescribedByInfoAsARun) {
     EXPECT_NE(out.find(word), std::string::npos) << word << " in: " << out;
 }
 
+TEST_F(SimulatedBar, IsNoSceneAndNamesItsOwn) {
+  make(true);
+  testing::internal::CaptureStderr();
+  const int code = run_pliant({"segment", run(), "--out", (folder_ / "other").string()});
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(code, static_cast<int>(Failure::kUsage));
+  for (const char* words : {"is a run directory, not a scene", "scene.ply, with --out"})
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+}
+
 TEST_F(SimulatedBar, RefusesANegativePoissonsRatioBeforeAnythingRuns) {
   make(true);
   const auto code = [&](const std::string& law) {

@@ -58,7 +58,7 @@ TEST(WeightedField, FieldsOfGradientsLeaveWhatIsPinnedForGoodAsItIs) {
   acting.push_back(passing);
   const std::vector<double> free = free_particles(twin.particles, acting);
   MaterialFitOptions options;
-  for (const MaterialKind kind : {MaterialKind::kSmooth, MaterialKind::kTriplanes}) {
+  for (const MaterialKind kind : {MaterialKind::kSmooth, MaterialKind::kKan, MaterialKind::kTriplanes}) {
     if (kind == MaterialKind::kTriplanes && !has_triplane_fields()) GTEST_SKIP() << "built without libtorch";
     options.kind = kind;
     const ClipFitOptions varied = gradient_fields(options, twin.particles, acting);

@@ -111,6 +111,29 @@ TEST_F(FitDistilled, DreamphysicsAsksTwiceAndFindsNothingInAMotionThatStandsStil
   EXPECT_EQ(fit.motion.particles.young, motion.particles.young);
 }
 
+// DreamPhysics' paper: E is a network of places.
+TEST_F(FitDistilled, ANetworkVariesWithinItsRangeAndGoesOnFromWhereItWasStopped) {
+  DistilledFitOptions options = few(DistilledFitOptions::dreamphysics());
+  options.network = true;
+  const ClipFit whole = fit_distilled(options, motion, drawn, 24, {});
+  std::set<float> seen;
+  for (size_t i = 0; i < motion.particles.size(); ++i) {
+    const float factor = whole.motion.particles.young[i] / motion.particles.young[i];
+    EXPECT_GT(factor, 0.005f);
+    EXPECT_LT(factor, 2);
+    seen.insert(factor);
+  }
+  EXPECT_GT(seen.size(), motion.particles.size() / 10);
+  GradientFitState kept;
+  EXPECT_THROW(fit_distilled(options, motion, drawn, 24, {}, {},
+                             [&](const GradientFitState& state) {
+                               kept = state;
+                               return state.rows.size() < 2;
+                             }),
+               Error);
+  EXPECT_EQ(fit_distilled(options, motion, drawn, 24, kept).motion.particles.young, whole.motion.particles.young);
+}
+
 TEST_F(FitDistilled, StoppedAndContinuedItGivesTheBitsOfTheWhole) {
   relax();
   const DistilledFitOptions options = few(DistilledFitOptions::physics3d());
