@@ -11,10 +11,12 @@
 namespace pliant {
 namespace {
 
-constexpr double kMostWork = 2e6;       // particles times substeps of a frame, which a person waits for
-constexpr double kLeastReserve = 4;     // substeps over those at rest, at which a frame may be given up
-constexpr double kMostSubsteps = 2000;  // of a frame, unless the body at rest needs as many
-constexpr size_t kMostActive = 64;      // interactions at a time
+constexpr double kMostWork = 1.5e6;      // particles times substeps of a frame, which a person waits for
+constexpr double kMostSubsteps = 2000;   // of a frame, unless the body at rest needs as many
+constexpr double kRestReserve = 4;       // substeps over those at rest that a frame may take in any case ...
+constexpr double kStifferReserve = 1.5;  // ... and over those at rest with the stiffness of now
+constexpr double kMostStiffer = 100;     // times, as far as the pages' sliders go
+constexpr size_t kMostActive = 64;       // interactions at a time
 
 bool finite(const SimulationState& state) {
   float sum = 0;
@@ -35,13 +37,17 @@ SimulationState at_rest(SimulationState state) {
 LiveSession::LiveSession(const SimulateOptions& options, const Particles& particles,
                          const std::vector<Interaction>& held, const SimulationState& start)
     : options_(options), particles_(particles), first_(start) {
-  options_.max_substeps =
-      static_cast<int>(std::min(std::max(std::min(kMostWork / static_cast<double>(particles.size()), kMostSubsteps),
-                                         kLeastReserve * substeps_at_rest(options, particles)),
-                                1.0 * kMaxSubstepsOfFrame));
+  options_.max_substeps = max_substeps(1);
   for (size_t k = 0; k < held.size(); ++k) held_[static_cast<int>(k)] = held[k];
   held_at_start_ = static_cast<int>(held.size());
   open(start);
+}
+
+/// Substeps at which a frame is given up.
+int LiveSession::max_substeps(double young_scale) const {
+  const double rest = substeps_at_rest(options_, particles_), many = kMostWork / static_cast<double>(particles_.size());
+  const double reserve = std::max(kRestReserve, kStifferReserve * std::sqrt(std::min(young_scale, kMostStiffer)));
+  return static_cast<int>(std::min(std::max(std::min(many, kMostSubsteps), reserve * rest), 1.0 * kMaxSubstepsOfFrame));
 }
 
 void LiveSession::open(const SimulationState& start) {
@@ -87,9 +93,12 @@ void LiveSession::apply(const LiveCommand& command, LiveAnswer& answer) {
       active_.erase(command.number);
       held_.erase(command.number);
       break;
-    case LiveCommand::Kind::kSet:
-      session_->set(command.settings);
+    case LiveCommand::Kind::kSet: {
+      SessionSettings settings = command.settings;
+      settings.max_substeps = max_substeps(settings.young_scale);
+      session_->set(settings);
       break;
+    }
   }
 }
 

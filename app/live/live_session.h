@@ -46,6 +46,7 @@ class LiveSession {
     std::optional<Vec3d> hold;  // of a grab, m
   };
 
+  int max_substeps(double young_scale) const;
   void open(const SimulationState& start);
   void apply(const LiveCommand& command, LiveAnswer& answer);
   void recover(const SimulationState& good);

@@ -53,6 +53,7 @@ std::vector<Interaction> Session::acting() const {
 void Session::rebuild() {
   SimulateOptions options = options_;
   options.damping_time = settings_.damping_time;
+  if (settings_.max_substeps > 0) options.max_substeps = settings_.max_substeps;
   for (size_t i = 0; i < particles_.size(); ++i)
     particles_.young[i] = static_cast<float>(settings_.young_scale * original_.young[i]);
   simulator_ = std::make_unique<Simulator<float>>(options, particles_, acting(), summary_);

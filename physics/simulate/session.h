@@ -12,6 +12,7 @@ struct SessionSettings {
   double young_scale = 1;         ///< times Young's modulus of every particle
   double damping_time = 0;        ///< s, see SimulateOptions
   Vec3d gravity = {0, 0, -9.81};  ///< m/s^2; what differs from that of the options acts, even where a pin holds
+  int max_substeps = 0;           ///< of a frame; 0 = that of SimulateOptions
 };
 
 /// A body that someone plays with: it advances frame by frame, and what acts on it may change between frames.  What was

@@ -116,6 +116,22 @@ TEST(LiveSession, GoesOnAfterWhatTheSolverCannotFollow) {
   EXPECT_EQ(session.frames(), 23);
 }
 
+// A hundred times the stiffness, the slider's end, only takes longer, however many particles there are; a million times
+// would take minutes a frame and is given up.
+TEST(LiveSession, AStifferBodyTakesMoreSubstepsUpToALimit) {
+  PlayedBar bar;
+  bar.particles = fixture::block<float>({0.14, 0.14, 0.28}, 0.01, 0.5, 2e4, 0.3, 800);
+  ASSERT_GT(bar.particles.size(), 40000u);
+  LiveSession session = bar.session();
+  const int soft = session.step({}).substeps;
+  LiveAnswer answer = session.step(std::vector<LiveCommand>{command({"set", 100, 0.4, 0, 0, -9.81})});
+  EXPECT_TRUE(answer.failed.empty()) << answer.failed;
+  EXPECT_NEAR(answer.substeps, 10 * soft, 10);
+  answer = session.step(std::vector<LiveCommand>{command({"set", 1e6, 0.4, 0, 0, -9.81})});
+  EXPECT_FALSE(answer.failed.empty());
+  EXPECT_EQ(answer.substeps, soft);
+}
+
 TEST(LiveCommand, RefusesWhatIsNoCommand) {
   const json good = grab_of(3, {0, 0, 0}, 0.01);
   EXPECT_NO_THROW(command(good));
