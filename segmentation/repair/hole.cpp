@@ -9,19 +9,59 @@
 namespace pliant {
 namespace {
 
-/// Raises `total` [background] to the blend weight [pixels] that a camera's picture puts on each Gaussian; large
-/// pictures are drawn small.
-void add_camera(const GaussianCloud& scene, const Camera& camera, const RenderOptions& options,
-                std::vector<double>& total) {
-  constexpr double kLongestSide = 200;  // px
-  const Camera small = camera.scaled(std::min(1.0, kLongestSide / std::max(camera.width, camera.height)));
-  const double area = (1.0 * camera.width * camera.height) / (1.0 * small.width * small.height);
-  const BlendWeights W = blend_weights(scene, small, options);
-  std::vector<double> here(total.size(), 0.0);
-  for (size_t e = 0; e < W.weight.size(); ++e)
-    if (W.gaussian[e] < here.size()) here[W.gaussian[e]] += area * W.weight[e];
-  for (size_t p = 0; p < here.size(); ++p) total[p] = std::max(total[p], here[p]);
-}
+constexpr double kLongestSide = 200;  // px, of the pictures that only tell what was observed
+
+/// How much of the background cameras saw while the object was there.
+class Sight {
+ public:
+  Sight(const HoleOptions& options, const GaussianCloud& background, const RenderOptions& render_options)
+      : options_(options),
+        background_(background),
+        render_options_(render_options),
+        total_(background.size(), 0.0),
+        largest_share_(background.size(), -1.0) {}
+
+  /// A camera that is looked at; its blend weights with the object.
+  void add_view(const BlendWeights& W, const Camera& camera) {
+    const std::vector<double> here = by_gaussian(W);
+    for (size_t p = 0; p < here.size(); ++p) total_[p] += here[p];
+    add_shares(here, camera, 1);
+  }
+  /// Another camera.
+  void add_camera(const GaussianCloud& scene, const Camera& camera) {
+    const Camera small = camera.scaled(std::min(1.0, kLongestSide / std::max(camera.width, camera.height)));
+    const double area = (1.0 * camera.width * camera.height) / (1.0 * small.width * small.height);
+    const std::vector<double> here = by_gaussian(blend_weights(scene, small, render_options_));
+    for (size_t p = 0; p < here.size(); ++p) total_[p] = std::max(total_[p], area * here[p]);
+    add_shares(here, small, area);
+  }
+  /// [background] 1 = never observed.
+  std::vector<float> unobserved() const {
+    std::vector<float> out(total_.size());
+    for (size_t p = 0; p < out.size(); ++p)
+      out[p] = total_[p] < options_.min_observed || (largest_share_[p] >= 0 && largest_share_[p] < options_.min_share);
+    return out;
+  }
+
+ private:
+  std::vector<double> by_gaussian(const BlendWeights& W) const {
+    std::vector<double> here(background_.size(), 0.0);
+    for (size_t e = 0; e < W.weight.size(); ++e)
+      if (W.gaussian[e] < here.size()) here[W.gaussian[e]] += W.weight[e];
+    return here;
+  }
+  void add_shares(const std::vector<double>& before, const Camera& camera, double area) {
+    const std::vector<double> after = by_gaussian(blend_weights(background_, camera, render_options_));
+    for (size_t p = 0; p < after.size(); ++p)
+      if (area * after[p] >= options_.min_observed)
+        largest_share_[p] = std::max(largest_share_[p], before[p] / after[p]);
+  }
+
+  const HoleOptions& options_;
+  const GaussianCloud& background_;
+  const RenderOptions& render_options_;
+  std::vector<double> total_, largest_share_;  // pixels; of the weight without the object, -1 = shows nowhere
+};
 
 }  // namespace
 
@@ -32,9 +72,10 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
   scene.append(object);
   Observation observation;
   observation.view = views;
-  std::vector<double> total(background.size(), 0.0);
+  Sight sight(options, background, render_options);
   for (int camera : views) {
     const BlendWeights W = blend_weights(scene, cameras[camera], render_options);
+    sight.add_view(W, cameras[camera]);
     ImageF seen(W.width, W.height, 1), depth(W.width, W.height, 1);
     std::vector<float> z(object.size());
     for (size_t p = 0; p < z.size(); ++p)
@@ -44,9 +85,7 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
       float alpha = 0;
       for (uint32_t e = W.row_start[pixel]; e < W.row_start[pixel + 1]; ++e) {
         alpha += W.weight[e];
-        if (W.gaussian[e] < background.size()) {
-          total[W.gaussian[e]] += W.weight[e];
-        } else {
+        if (W.gaussian[e] >= background.size()) {
           seen.data[pixel] += W.weight[e];
           depth.data[pixel] += W.weight[e] * z[W.gaussian[e] - background.size()];
         }
@@ -59,10 +98,8 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
     observation.ignored.push_back(ImageU8(W.width, W.height, 1));
   }
   for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera)
-    if (std::find(views.begin(), views.end(), camera) == views.end())
-      add_camera(scene, cameras[camera], render_options, total);
-  observation.unobserved.resize(background.size());
-  for (size_t p = 0; p < total.size(); ++p) observation.unobserved[p] = total[p] < options.min_observed ? 1.0f : 0.0f;
+    if (std::find(views.begin(), views.end(), camera) == views.end()) sight.add_camera(scene, cameras[camera]);
+  observation.unobserved = sight.unobserved();
   return observation;
 }
 

@@ -15,6 +15,8 @@ struct HoleOptions {
   float min_object = 0.05f;     ///< least blend weight of the object in a pixel where it "was seen"
   float min_observed = 0.05f;   ///< Gaussians with less blend weight [pixels] over all views that are looked at, and in
                                 ///< the picture of each other camera, were never observed
+  float min_share = 0.25f;      ///< nor were those that in no picture had this share of the weight that they have in it
+                                ///< without the object: they shone through it
   float max_unobserved = 0.5f;  ///< share of such Gaussians above which a pixel shows what nobody saw
 };
 

@@ -6,8 +6,8 @@
 
 namespace pliant {
 
-/// The Gaussians of `patch` that no view sees outside its hole: nothing may be added in front of what is there, nor
-/// where a view saw that there was nothing.
+/// The Gaussians of `patch` that no view sees outside its hole: nothing may be added in front of or on what is there,
+/// nor where a view saw that there was nothing.
 GaussianCloud inside_holes(const GaussianCloud& patch, const std::vector<HoleView>& views,
                            const Observation& observation, const std::vector<Camera>& cameras);
 

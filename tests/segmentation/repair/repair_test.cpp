@@ -7,11 +7,13 @@
 #include <omp.h>
 
 #include <cstdlib>
+#include <numeric>
 
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/render/blend_weights.h"
 #include "segmentation/repair/patch.h"
 #include "segmentation/repair/surfaces.h"
+#include "segmentation/repair/visible.h"
 #include "tests/segmentation/made_scene.h"
 
 namespace pliant {
@@ -135,10 +137,49 @@ TEST(Repair, FindsTheHolesOfTheScenesRasteriser) {
     }
   add_disc(object, Vec3f(0, 0, 0.5f), Vec3f::UnitZ(), 0.12f, Vec3f(1, 0, 0));
   RepairOptions options;
-  options.hole.min_observed = 0;
+  options.hole.min_observed = options.hole.min_share = 0;
   EXPECT_EQ(repair(options, wall, object, {camera}).summary.before(), 0u);
   options.render.antialiased = true;
   EXPECT_GT(repair(options, wall, object, {camera}).summary.before(), 20u);
+}
+
+// What lies inside the ball shines through it a little, and is a guess all the same: it is replaced.
+TEST(Repair, TakesOutWhatOnlyShoneThroughTheObject) {
+  const MadeScene scene = made_scene(two_balls(), 10, 240, 180);
+  Parts parts = without(scene, 300);
+  for (float& logit : parts.object.opacity_logit) logit = 0;
+  const Vec3f ball(-0.35f, 0.1f, 0.05f);
+  const size_t whole = parts.background.size();
+  for (int k = 0; k < 40; ++k)
+    add_disc(parts.background, ball + 0.002f * static_cast<float>(k) * Vec3f::UnitZ(), Vec3f::UnitZ(), 0.03f,
+             Vec3f(1, 0, 1));
+  RepairOptions options;
+  const auto replaced = [&] {
+    size_t count = 0;
+    for (const int p : repair(options, parts.background, parts.object, scene.cameras).replaced)
+      count += static_cast<size_t>(p) >= whole;
+    return count;
+  };
+  EXPECT_EQ(replaced(), 40u);
+  options.hole.min_share = 0;
+  EXPECT_LT(replaced(), 40u) << "some of it was seen in more than a twentieth of a pixel";
+}
+
+// The plane of the table goes on under the ball; nothing is put where views see the table itself beside the ball.
+TEST(Repair, NewGaussiansOfAHoleDoNotLieOnWhatIsWhole) {
+  MadeScene scene = made_scene(two_balls(), 10, 240, 180);
+  const Parts parts = without(scene, 300);
+  std::vector<int> views(scene.cameras.size());
+  std::iota(views.begin(), views.end(), 0);
+  const Observation seen = observe({}, parts.background, parts.object, scene.cameras, views);
+  std::vector<HoleView> holes;
+  for (size_t v = 0; v < views.size(); ++v) holes.push_back(find_hole({}, seen, v, parts.background, scene.cameras));
+  GaussianCloud patch;
+  const Vec3f ball(-0.35f, 0.1f, 0), beside(0.1f, -0.55f, 0);
+  for (const Vec3f& x : {ball, beside}) add_disc(patch, x, Vec3f::UnitZ(), 0.02f, Vec3f(0, 0, 0));
+  const GaussianCloud inside = inside_holes(patch, holes, seen, scene.cameras);
+  ASSERT_EQ(inside.size(), 1u);
+  EXPECT_EQ(inside.position[0], ball);
 }
 
 TEST(Repair, ClosesTheHoleWithoutTouchingTheBackground) {
