@@ -32,11 +32,18 @@ void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary
 
 }  // namespace
 
-/// The largest part, parts that were marked as the object's, and those that lie against them.
+/// The largest part, parts that were marked as the object's, and those that lie against them.  Without boxes the
+/// largest counts only where it was proposed: colours may find something else that looks alike.
 void Selector::keep_main_part() {
   const std::vector<int> part = connected_parts(graph_, label_, options_.link, !planes_.empty());
   std::vector<uint8_t> wanted(label_.size() + 1, 0);
-  wanted[0] = 1;
+  size_t size = 0, proposed = 0;
+  for (size_t p = 0; p < label_.size(); ++p)
+    if (part[p] == 0) {
+      ++size;
+      proposed += !proposed_.empty() && proposed_[p];
+    }
+  wanted[0] = !gesture_.boxes.empty() || 2 * proposed > size;
   for (size_t p = 0; p < label_.size(); ++p)
     if (label_[p] && fixed_[p] > 0) wanted[part[p]] = 1;
   if (options_.attach) wanted = attached_parts(graph_, part, std::move(wanted));
@@ -140,6 +147,7 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
       throw usage_error("--click", "", "marks no part of the object",
                         "click on the object, draw a stroke fg over it, or give a --box");
     propose_around_seeds();
+    proposed_ = label_;
     cut(options_.cut);
   }
   for (size_t p = 0; p < label_.size(); ++p)

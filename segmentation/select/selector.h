@@ -35,6 +35,7 @@ class Selector {
   void look_at_boxes();
   bool on_plane(int p) const;
   void propose_around_seeds();
+  void try_plane(Support plane, const std::vector<int>& sources);
   void propose(const std::vector<int>& sources);
   void add_proposal(const std::vector<int>& sources);
   std::vector<float> distance_to_neighbours() const;
@@ -65,6 +66,7 @@ class Selector {
   std::vector<int8_t> fixed_;                            // [N] +1 / -1 under strokes
   std::vector<std::vector<int>> marks_;                  // Gaussians of each stroke over the object
   std::vector<uint8_t> label_;                           // [N]
+  std::vector<uint8_t> proposed_;                        // [N] around what was clicked, before any cut
   std::vector<float> evidence_;                          // [N] of the last cut
   std::vector<float> support_;                           // [N] evidence from the plane that the object stands on
   std::vector<Support> planes_;                          // that what was clicked stands on or hangs at

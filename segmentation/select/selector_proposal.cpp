@@ -15,6 +15,7 @@ constexpr double kMostMore = 1;  // of what a further mark proposes / what is th
 constexpr float kTied = 2.1f;    // is tied to the rest by at most so much of what holds it / its Gaussians' root: half
                                  // a ball is by 1.9, half of that by 2.4 and more,
 constexpr float kBeyond = 0.8f;  // and the plane goes on beyond it in so many directions, at least.
+constexpr float kRough = 1.5f;   // times as thick a rough plane may be as it was found
 
 }  // namespace
 
@@ -30,6 +31,23 @@ std::vector<int> Selector::before_planes(const std::vector<int>& sources) const 
   return before.empty() ? sources : before;
 }
 
+/// Takes a plane that is narrower than the scene if what was marked stands on it, as thick as it was found or, where it
+/// is rough, thicker.
+void Selector::try_plane(Support plane, const std::vector<int>& sources) {
+  const std::vector<uint8_t> label = label_;
+  for (const float thickness : {1.0f, kRough}) {
+    plane.tolerance *= thickness;
+    planes_.push_back(plane);
+    propose(sources);
+    const bool goes_on = share_beyond(plane, cloud_.position, label_) >= kBeyond;
+    const auto count = static_cast<float>(std::count(label_.begin(), label_.end(), 1));
+    if (goes_on && tied_share(graph_, label_) * std::sqrt(count) <= kTied) return;
+    planes_.pop_back();
+    label_ = label;
+    if (!goes_on) return;
+  }
+}
+
 /// The planes that what was marked at these Gaussians stands on or hangs at, and the proposal apart from them.
 void Selector::propose_around_seeds() {
   if (marks_.empty()) return;
@@ -40,23 +58,19 @@ void Selector::propose_around_seeds() {
   options.seed = options_.seed;
   std::vector<Support> nearby;
   if (options_.apart_from_planes) {
-    planes_ = planes_behind(options, draw_points(cloud_.position, scene_.shown, options_.seed), middle, scene_.diagonal,
-                            graph_.spacing);
+    const std::vector<Vec3f> samples = draw_points(cloud_.position, scene_.shown, options_.seed);
+    planes_ = planes_behind(options, samples, middle, scene_.diagonal, graph_.spacing);
     const std::vector<float> apart = distance_to_neighbours();
     nearby = planes_nearby(options, {cloud_.position, scene_.shown, apart}, middle, scene_.diagonal, planes_);
+    // Floaters may lie behind a plane of the scene, too.
+    if (planes_.empty()) {
+      options.beyond = INFINITY;
+      std::ranges::copy(planes_behind(options, samples, middle, scene_.diagonal, graph_.spacing),
+                        std::back_inserter(nearby));
+    }
   }
   propose(sources);
-  for (const Support& plane : nearby) {
-    const std::vector<uint8_t> label = label_;
-    planes_.push_back(plane);
-    propose(sources);
-    const auto count = static_cast<float>(std::count(label_.begin(), label_.end(), 1));
-    if (tied_share(graph_, label_) * std::sqrt(count) <= kTied &&
-        share_beyond(plane, cloud_.position, label_) >= kBeyond)
-      continue;
-    planes_.pop_back();
-    label_ = label;
-  }
+  for (const Support& plane : nearby) try_plane(plane, sources);
   for (size_t k = 1; k < marks_.size(); ++k) add_proposal(marks_[k]);
   const std::vector<int> before = before_planes(sources);
   if (before.size() < sources.size()) {

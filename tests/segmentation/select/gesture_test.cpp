@@ -357,6 +357,41 @@ TEST_F(GestureTest, AClickTakesAThingFromATableThatIsSmallInItsScene) {
   }
 }
 
+// A rough table with floaters below it: wherever a ball is clicked, the table is the plane that it stands on.
+TEST_F(GestureTest, FloatersBelowARoughPlaneDoNotHideIt) {
+  paint_stripes(300);
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (scene.truth[p] == MadeScene::kTable)
+      scene.cloud.position[p].z() += 0.012f * static_cast<float>(Random(3, p).normal());
+  for (int k = 0; k < 60; ++k) {
+    Random random(4, k);
+    add_disc(scene.cloud,
+             Vec3d(random.uniform(-0.9, 0.9), random.uniform(-0.9, 0.9), random.uniform(-0.8, -0.2)).cast<float>(),
+             Vec3f::UnitZ(), 0.15f, Vec3f(0.5f, 0.5f, 0.5f));
+  }
+  scene.truth.resize(scene.cloud.size(), 0);
+  for (int camera : {1, 4, 8})
+    for (const float lift : {-6.0f, 0.0f, 6.0f}) {
+      Gesture gesture;
+      gesture.strokes.push_back({camera, true, {centre_of(0, camera) - lift * Vec2f::UnitY()}, 4});
+      EXPECT_GT(iou(select(gesture), 300), 0.85) << camera << " " << lift;
+    }
+}
+
+// However much colours count, a click does not take another thing that looks the same.
+TEST_F(GestureTest, AClickLeavesWhatOnlyLooksTheSame) {
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (scene.truth[p] != MadeScene::kTable)
+      for (int k = 0; k < 3; ++k) scene.cloud.sh_of(p)[k] = (0.9f * (k == 0) + 0.05f - 0.5f) / kSh0;
+  options.cut.color *= 30;
+  options.refine_cut.color *= 30;
+  for (int ball : {0, 1}) {
+    Gesture gesture;
+    gesture.strokes.push_back({4, true, {centre_of(ball, 4)}, 4});
+    EXPECT_GT(iou(select(gesture), scene.balls[ball].id), 0.8) << ball;
+  }
+}
+
 TEST_F(GestureTest, AFurtherMarkAddsAThingOfItsSizeButOnlyAPatchOfALargerOne) {
   Gesture gesture;
   gesture.strokes.push_back({1, true, {centre_of(0, 1)}, 4});
