@@ -1,5 +1,5 @@
 // What a page's level of driving particles costs: a recording done again at its level and with all driving particles of
-// the simulation.  Prints JSON: difference of the mean place of what each grab held, and of every driving particle of
+// the simulation.  Prints JSON: difference of the mean way of what each grab held, and of every driving particle of
 // the level against the nearest one at rest of all, largest over the frames and at the end, in % of the object's
 // height. Usage: level_study RUN_DIR RECORDING.json (recording.h5 of the object is written again)
 
@@ -32,13 +32,14 @@ Replayed replayed(const Context& context, RunDirectory& run, const Scene& scene,
   return {read_particles(folder / "recording_particles.h5"), motion.frames, motion.fps};
 }
 
-/// Mean place at a frame of the particles that a region holds at another.
-Vec3d mean_of(const Replayed& of, const Region& region, double metres, int held_at, int frame) {
+/// Mean way, from another frame to this one, of the particles that a region holds at the other.
+Vec3d mean_way(const Replayed& of, const Region& region, double metres, int held_at, int frame) {
   Vec3d sum = Vec3d::Zero();
   int count = 0;
-  for (size_t i = 0; i < of.frames[held_at].position.size(); ++i)
-    if (region.contains(metres * of.frames[held_at].position[i].cast<double>())) {
-      sum += of.frames[frame].position[i].cast<double>();
+  const std::vector<Vec3f>&from = of.frames[held_at].position, &to = of.frames[frame].position;
+  for (size_t i = 0; i < from.size(); ++i)
+    if (region.contains(metres * from[i].cast<double>())) {
+      sum += (to[i] - from[i]).cast<double>();
       ++count;
     }
   return sum / std::max(count, 1);
@@ -72,7 +73,7 @@ int study(const char* folder, const char* recording) {
     for (int f = begin; f <= done.frames; ++f)
       percent.push_back(
           100 / height *
-          (mean_of(coarse, it.region, metres, begin, f) - mean_of(fine, it.region, metres, begin, f)).norm());
+          (mean_way(coarse, it.region, metres, begin, f) - mean_way(fine, it.region, metres, begin, f)).norm());
     grabs.push_back(largest_and_last(percent));
   }
   const std::vector<int> twin = k_nearest(fine.level.driving_position, coarse.level.driving_position, 1);
