@@ -157,6 +157,8 @@ void add_run(CLI::App& app, Program& program) {
       ->add_flag_callback(
           "--no-video", [options] { options->use_video = false; }, "Do not fit the material to the scene's video")
       ->group("Object, material and motion");
+  program.renamed["run"]["--until"] +=
+      ", a time of the video; to stop after a stage, call the stages one by one, from `pliant segment` on";
   add_options(*command, program, options_of(options->reconstruct), spelling);
   add_options(*command, program, options_of(options->repair), spelling);
   add_options(*command, program, options_of(options->render), render);

@@ -65,4 +65,12 @@ void tell_kinds(const std::vector<FoundThing>& found, nlohmann::json& objects) {
       if (row.at("id") == thing.id) row["kind"] = kind_name(thing.kind);
 }
 
+std::vector<uint32_t> supports_among(const nlohmann::json& objects) {
+  std::vector<uint32_t> ids;
+  for (const nlohmann::json& row : objects)
+    if (row.is_object() && row.contains("kind") && row["kind"] == kind_name(FoundThing::Kind::kSupport))
+      ids.push_back(row.at("id"));
+  return ids;
+}
+
 }  // namespace pliant

@@ -25,4 +25,7 @@ std::map<uint32_t, std::string> names_of(const std::vector<FoundThing>& found);
 void tell_how_found(const std::vector<FoundThing>& found, Segmentation& segmentation);
 void tell_kinds(const std::vector<FoundThing>& found, nlohmann::json& objects);
 
+/// Ids of the rows of objects.json that are supports.
+std::vector<uint32_t> supports_among(const nlohmann::json& objects);
+
 }  // namespace pliant

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/segment/objects_file.h"
@@ -11,6 +12,28 @@
 namespace pliant {
 using nlohmann::json;
 
+namespace {
+
+/// "kind" by id of the objects of the automatic mode; empty where objects.json tells none.
+std::map<uint32_t, std::string> kinds_told(const RunDirectory& run) {
+  std::map<uint32_t, std::string> kinds;
+  const json objects = json::parse(read_text(run / "objects.json"), nullptr, false);
+  if (!objects.is_array()) return kinds;
+  for (const json& row : objects)
+    if (row.is_object() && row.contains("kind") && row["kind"].is_string()) kinds[row.at("id")] = row["kind"];
+  return kinds;
+}
+
+/// What is split off or given a name by hand is an object; what is split off a support is another one.
+void edit_kinds(const ObjectEdit& edit, const EditOutcome& outcome, std::map<uint32_t, std::string>& kinds) {
+  if (outcome.ids.empty() || kinds.count(outcome.ids[0]) == 0) return;
+  const std::string kind = kinds[outcome.ids[0]], edited = kind == "rest" ? "object" : kind;
+  if (edit.kind == ObjectEdit::Kind::kName && edit.name != "rest") kinds[outcome.ids[0]] = edited;
+  for (size_t k = 1; k < outcome.ids.size(); ++k) kinds[outcome.ids[k]] = edited;
+}
+
+}  // namespace
+
 json run_edit(const Context& context, RunDirectory& run, const Scene& scene, const EditStage& stage) {
   if (stage.edits.empty())
     throw usage_error("segment edit", "", "has nothing to do",
@@ -19,9 +42,11 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
   std::vector<std::pair<uint32_t, std::string>> named_before;
   for (size_t c = 0; c < segmentation.class_id.size(); ++c)
     named_before.emplace_back(segmentation.class_id[c], segmentation.class_name[c]);
+  std::map<uint32_t, std::string> kinds = kinds_told(run);
   json operations = json::array();
   for (const ObjectEdit& edit : stage.edits) {
     const EditOutcome outcome = apply_edit({}, edit, scene.cloud, scene.cameras, segmentation);
+    edit_kinds(edit, outcome, kinds);
     operations.push_back({{"option", edit.option()},
                           {"value", edit.text()},
                           {"gaussians", outcome.gaussians},
@@ -32,15 +57,12 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
   json edits = run.note("edits");
   for (const json& operation : operations) edits.push_back(operation);
   const json provenance = {{"pliant", PLIANT_VERSION}, {"stage", "edit"}, {"edits", edits}};
-  const json before = json::parse(read_text(run / "objects.json"), nullptr, false);
-  const auto keep_kinds = [&](json& rows) {  // what the automatic mode found objects as
-    if (!before.is_array()) return;
+  const auto tell_kind = [&](json& rows) {
     for (json& row : rows)
-      for (const json& old : before)
-        if (old.is_object() && old.contains("kind") && old.value("id", json()) == row["id"]) row["kind"] = old["kind"];
+      if (const auto kind = kinds.find(row["id"]); kind != kinds.end()) row["kind"] = kind->second;
   };
   const std::vector<ObjectEntry> objects =
-      write_objects(run, scene, "segment", provenance.dump(), segmentation, keep_kinds);
+      write_objects(run, scene, "segment", provenance.dump(), segmentation, tell_kind);
   run.set_note("edits", edits);
   for (const auto& [id, name] : named_before) {
     const int c = class_of_id(segmentation, id);

@@ -8,11 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/segment/automatic_objects.h"
 #include "app/segment/objects_file.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/base/portable.h"
+#include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "segmentation/labels/object_names.h"
@@ -158,6 +160,7 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   options.up = scene.up.cast<float>();
   options.hull = in.options.hull;
   if (const auto support = support_class(scene, segmentation)) options.support = segmentation.class_id[*support];
+  if (in.found.contains("supports")) options.supports = in.found["supports"].get<std::vector<uint32_t>>();
   const ExtractResult result = extract(options, scene.cloud, segmentation);
   const GaussianCloud object = scene.cloud.select(result.object);
   std::filesystem::create_directories(run / folder);
@@ -211,6 +214,8 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   in.files["segmentation"] = run / "segmentation.h5";
   in.found = {{"id", id}, {"name", name}};
   if (!chosen.why.empty()) in.found["chosen"] = chosen.why + "; of " + list_of_objects(segmentation);
+  // The automatic mode knows what stands on what; its rest and its other objects carry nothing.
+  if (segmented.value("automatic", false)) in.found["supports"] = supports_among(read_json(run / "objects.json"));
   const std::string folder = folder_of_object(id, name);
   in.outputs = {folder + "/object.ply", "background.ply", "extract.png"};
   return in;

@@ -42,8 +42,8 @@ struct AutomaticResult {
 };
 
 /// Takes the planes that things stand on out of the scene's graph of Gaussians; what is left falls into free-standing
-/// objects.  Parts that stand on nothing go to the rest, but for a splat of one thing alone, which is whole.  Equal bit
-/// for bit for any number of threads.
+/// objects.  Parts that stand on nothing go to the rest.  Where there is no support, the rest near an object belongs to
+/// it, and a splat of one thing alone is whole.  Equal bit for bit for any number of threads.
 AutomaticResult find_objects(const AutomaticOptions& options, const GaussianCloud& cloud,
                              const std::vector<Camera>& cameras);
 

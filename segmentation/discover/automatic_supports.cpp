@@ -6,6 +6,7 @@
 #include <set>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/morton.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/base/quantile.h"
 #include "gaussians/base/random.h"
@@ -18,7 +19,9 @@ constexpr int kSamples = 12000;
 constexpr size_t kFewest = 30;  // samples of a plane
 constexpr int kGroundTries = 4;
 constexpr float kNoise = 3.5f;     // tolerance / standard deviation of a plane's points
-constexpr int kCells = 64;         // of the grid for areas, along the diagonal
+constexpr int kCells = 64;         // of the grid for areas, along the diagonal;
+constexpr float kWideCells = 2;    // so many times as wide where areas are compared cell by cell
+constexpr float kLow = 0.25f;      // of the diagonal: what is higher above a ground is a ceiling
 constexpr float kUpright = 0.35f;  // cosine between the normals of a wall and of the ground
 
 /// A plane among the samples, and what lies on it and on its sides.
@@ -64,19 +67,31 @@ float width_along(const std::vector<Vec3f>& points, const Vec3f& direction) {
 }
 
 /// Cells of a grid across `normal` that hold points.
-size_t occupied_cells(const std::vector<Vec3f>& points, const Vec3f& normal, float cell) {
+std::set<std::pair<int, int>> occupied_cells(const std::vector<Vec3f>& points, const Vec3f& normal, float cell) {
   const Vec3f u = normal.unitOrthogonal(), v = normal.cross(u);
   std::set<std::pair<int, int>> cells;
   const auto index = [&](float x) { return static_cast<int>(std::clamp(std::floor(x / cell), -1e6f, 1e6f)); };
   for (const Vec3f& x : points) cells.insert({index(u.dot(x)), index(v.dot(x))});
-  return cells.size();
+  return cells;
+}
+
+/// Share of the plane's cells that hold no point above the plane, up to the height `low`.
+float open_share(const Candidate& plane, float cell, float low) {
+  std::vector<Vec3f> over;
+  for (const Vec3f& x : plane.above)
+    if (plane.support.height(x) <= low) over.push_back(x);
+  const auto own = occupied_cells(plane.inside, plane.support.normal, cell),
+             covered = occupied_cells(over, plane.support.normal, cell);
+  const auto open = std::count_if(own.begin(), own.end(), [&](const auto& at) { return covered.count(at) == 0; });
+  return own.empty() ? 0 : static_cast<float>(open) / static_cast<float>(own.size());
 }
 
 void remove_near(const Support& support, float tolerance, std::vector<Vec3f>& points) {
   std::erase_if(points, [&](const Vec3f& x) { return std::abs(support.height(x)) <= tolerance; });
 }
 
-/// The lowest plane that can be the ground, with so thick a consensus.
+/// The lowest plane that can be the ground, with so thick a consensus.  A slab through a body is none: the body goes on
+/// above most of it.
 std::optional<Candidate> lowest_ground(const SupportOptions& options, const std::vector<Vec3f>& samples,
                                        const Vec3f& up, float tolerance, float cell) {
   std::optional<Candidate> ground;
@@ -86,14 +101,27 @@ std::optional<Candidate> lowest_ground(const SupportOptions& options, const std:
     if (plane.inliers.size() < kFewest) break;
     Candidate found(plane, tolerance, plane.normal, samples);
     remove_near(found.support, tolerance, left);
-    const size_t above = occupied_cells(found.above, plane.normal, cell);
+    const size_t above = occupied_cells(found.above, plane.normal, cell).size();
     if (found.support.share < options.ground_share || found.share_below() > options.below) continue;
-    if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell)) <
+    if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell).size()) <
         options.ground_area * static_cast<float>(above))
       continue;
+    if (open_share(found, kWideCells * cell, kLow * kCells * cell) < options.ground_open) continue;
     if (!ground || up.dot(found.support.point - ground->support.point) < 0) ground = std::move(found);
   }
   return ground;
+}
+
+/// Points drawn from the scene along a curve through space, so that they are about the same ones for any order and
+/// origin of the Gaussians.
+std::vector<Vec3f> draw_in_space(const SolidScene& scene, uint64_t seed) {
+  std::vector<Vec3f> position;
+  std::vector<float> mass;
+  for (const int i : morton_order(scene.cloud.position)) {
+    position.push_back(scene.cloud.position[i]);
+    mass.push_back(scene.mass[i]);
+  }
+  return draw_points(position, mass, seed);
 }
 
 /// Whether two planes pass a thing at about the same height.
@@ -231,7 +259,7 @@ float share_beyond(const Support& plane, std::span<const Vec3f> position, std::s
 }
 
 std::vector<Support> find_supports(const SupportOptions& options, const SolidScene& scene, const Vec3f& up) {
-  const std::vector<Vec3f> samples = draw_points(scene.cloud.position, scene.mass, options.seed);
+  const std::vector<Vec3f> samples = draw_in_space(scene, options.seed);
   if (samples.size() < kFewest) return {};
   const float diagonal = static_cast<float>(robust_framing(scene.cloud, up.cast<double>()).diagonal());
   const float tolerance = std::max(options.tolerance * diagonal, scene.graph.spacing),

@@ -13,7 +13,8 @@ struct SupportOptions {
   float tilt = 0.6f;           ///< rad, of the ground's normal against up
   float ground_share = 0.10f;  ///< least share of what the views show that lies on the ground,
   float below = 0.10f;         ///< most of the rest below it,
-  float ground_area = 0.7f;    ///< and least area / area of what is above it
+  float ground_area = 0.7f;    ///< least area / area of what is above it,
+  float ground_open = 0.4f;    ///< and least share of its area with nothing above it but a ceiling
   float wall_share = 0.05f;    ///< the same for walls,
   float behind = 0.03f;        ///< most of the rest behind it,
   float wall_width = 0.5f;     ///< and least width / width of the ground in that direction

@@ -107,12 +107,20 @@ EditOutcome split(const SplitOptions& options, const ObjectEdit& edit, const Gau
 
 EditOutcome drop(const ObjectEdit& edit, const GaussianCloud& cloud, Segmentation& s) {
   const size_t c = class_of_object(s, edit.option(), edit.objects[0]);
+  const uint32_t id = s.class_id[c];
   const std::string before = described(s, c);
-  const size_t gaussians = drop_class(s.class_id[c], cloud.position, s);
+  const std::vector<uint32_t> label = s.label;
+  const size_t gaussians = drop_class(id, cloud.position, s);
+  std::string list;
+  for (size_t to = 0; to < s.class_id.size(); ++to) {
+    size_t count = 0;
+    for (size_t p = 0; p < label.size(); ++p) count += label[p] == id && s.label[p] == s.class_id[to];
+    if (count > 0) list += (list.empty() ? ": " : ", ") + std::to_string(count) + " that of " + described(s, to);
+  }
   return {{},
           gaussians,
           before + " was removed: its " + std::to_string(gaussians) +
-              " Gaussians were given the label of their surroundings"};
+              " Gaussians were given the label of their surroundings" + list};
 }
 
 EditOutcome rename(const ObjectEdit& edit, Segmentation& s) {

@@ -113,8 +113,7 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   // Contact with the support.
   const std::vector<int> background = indices_of(place, Place::kBackground);
   const bool named = options.support != 0 && options.support != options.object;  // nothing stands on itself
-  summary.support =
-      named ? options.support : find_support(cloud, segmentation, options.object, members, background, options.up);
+  summary.support = named ? options.support : find_support(options, cloud, segmentation, members, background);
   if (summary.support != 0 && class_of_id(segmentation, summary.support) < 0)
     throw usage_error("support", "",
                       "is id " + std::to_string(summary.support) + ", which the segmentation does not have",
@@ -123,7 +122,14 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
   for (int p : background)
     if (segmentation.label[p] == summary.support) support.push_back(p);
   const GaussianCloud support_cloud = cloud.select(support);
-  result.contact = contact_region(cloud.select(members).position, support_cloud.position, options.up);
+  const std::vector<Vec3f> object_points = positions(cloud, members);
+  result.contact = contact_region(object_points, support_cloud.position, options.up);
+  const bool sure =
+      options.supports ? result.contact.found : stands_on(result.contact, object_points, support_cloud.position);
+  if (!named && !sure) {
+    summary.support = 0;
+    result.contact = contact_region(object_points, {}, options.up);
+  }
   if (result.contact.found) {
     settle_contact(cloud, segmentation, summary.support, named, link, result.contact, place, rule, summary);
     result.contact =

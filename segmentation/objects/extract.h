@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,9 @@ namespace pliant {
 /// Rules that cut one object out of a labelled scene.
 struct ExtractOptions {
   uint32_t object = 0;   ///< id to cut out
-  uint32_t support = 0;  ///< id it stands on; 0 or `object` = found as the commonest other id around its lower end
+  uint32_t support = 0;  ///< id it stands on; 0 or `object` = sought around its lower end, see `supports`
+  /// Ids that are supports, among which it is sought; nullopt = any other id, if the object stands on its plane.
+  std::optional<std::vector<uint32_t>> supports;
   Vec3f up = Vec3f::UnitZ();
   float probability = 0.5f;     ///< least class probability of the object's Gaussians
   int outlier_neighbours = 8;   ///< mean distance to so many neighbours ...

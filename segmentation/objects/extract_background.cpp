@@ -7,6 +7,7 @@
 
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
+#include "segmentation/discover/automatic_supports.h"
 #include "segmentation/graph/convex_hull.h"
 #include "segmentation/objects/extract_steps.h"
 
@@ -18,9 +19,14 @@ float contact_tolerance(const ContactRegion& contact) { return std::max(2 * cont
 
 }  // namespace
 
-uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t object_id,
-                      const std::vector<int>& object, std::vector<int> background, const Vec3f& up) {
-  std::erase_if(background, [&](int p) { return segmentation.label[p] == object_id; });
+uint32_t find_support(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation,
+                      const std::vector<int>& object, std::vector<int> background) {
+  const Vec3f& up = options.up;
+  std::erase_if(background, [&](int p) {
+    const uint32_t id = segmentation.label[p];
+    return id == options.object || (options.supports && std::find(options.supports->begin(), options.supports->end(),
+                                                                  id) == options.supports->end());
+  });
   if (background.empty() || object.empty()) return 0;
   std::vector<int> lowest = object;
   std::sort(lowest.begin(), lowest.end(), [&](int a, int b) {
@@ -35,6 +41,32 @@ uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentati
   const auto best =
       std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   return best == count.end() ? 0 : best->first;
+}
+
+bool stands_on(const ContactRegion& contact, std::span<const Vec3f> object, std::span<const Vec3f> support) {
+  constexpr float kAbove = 0.9f;    // share of the object
+  constexpr float kDeepest = 0.1f;  // depth of the lowest part below the plane / the object's size
+  constexpr float kFoot = 0.1f;     // height of the part about which the plane must go on / the same
+  constexpr float kFlat = 0.015f;   // half thickness of the plane / size, as it is fitted
+  constexpr float kBeyond = 0.4f;   // of the directions from the foot in which the plane goes on
+  if (!contact.found || contact.band_low < -kDeepest * contact.size) return false;
+  const float thickness = kFlat * contact.size, top = std::max(contact.band_low, 0.0f) + kFoot * contact.size;
+  std::vector<Vec3f> points;
+  size_t above = 0;
+  for (const Vec3f& x : object) {
+    const float h = contact.height(x);
+    above += h > -thickness;
+    if (h <= top) points.push_back(x);
+  }
+  if (static_cast<float>(above) < kAbove * static_cast<float>(object.size())) return false;
+  std::vector<uint8_t> label(points.size(), 1);
+  points.insert(points.end(), support.begin(), support.end());
+  label.resize(points.size(), 0);
+  Support plane;
+  plane.point = contact.point;
+  plane.normal = contact.normal;
+  plane.tolerance = thickness;
+  return share_beyond(plane, points, label) >= kBeyond;
 }
 
 void settle_contact(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t support_id, bool named,

@@ -99,8 +99,26 @@ void mark_floaters(const GaussianCloud& cloud, const std::vector<int>& members, 
   for (int of : part) ++size[of];
   const size_t largest = size.empty() ? 0 : *std::max_element(size.begin(), size.end());
   floater.assign(part.size(), 0);
-  for (size_t i = 0; i < part.size(); ++i)
+  std::vector<int> kept, small;
+  for (size_t i = 0; i < part.size(); ++i) {
     floater[i] = static_cast<float>(size[part[i]]) < share * static_cast<float>(largest);
+    (floater[i] ? small : kept).push_back(static_cast<int>(i));
+  }
+  // A dense part may touch another though its Gaussians have their neighbours among themselves.
+  const auto points_of = [&](const std::vector<int>& places) {
+    std::vector<Vec3f> points;
+    for (const int i : places) points.push_back(cloud.position[members[i]]);
+    return points;
+  };
+  const std::vector<Vec3f> bodies = points_of(kept), specks = points_of(small);
+  const std::vector<int> nearest = k_nearest(bodies, specks, 1);
+  std::vector<uint8_t> touches(part.size(), 0);
+  for (size_t k = 0; k < small.size(); ++k) {
+    if (nearest[k] < 0) continue;
+    const float reach = touching_distance(cloud, members[small[k]], members[kept[nearest[k]]], link);
+    if ((bodies[nearest[k]] - specks[k]).norm() <= reach) touches[part[small[k]]] = 1;
+  }
+  for (const int i : small) floater[i] = !touches[part[i]];
 }
 
 }  // namespace pliant

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "gaussians/base/gaussian_cloud.h"
 #include "segmentation/graph/contact.h"
 #include "segmentation/objects/extract.h"
@@ -24,13 +26,18 @@ std::vector<int> parts_of(const GaussianCloud& cloud, const std::vector<int>& me
 float mark_outliers(const GaussianCloud& cloud, const std::vector<int>& members, int k, float sigma,
                     std::vector<uint8_t>& outlier);
 
-/// Marks members in parts smaller than `share` of the largest.
+/// Marks members in parts smaller than `share` of the largest that touch no larger part.
 void mark_floaters(const GaussianCloud& cloud, const std::vector<int>& members, float link, float share,
                    std::vector<uint8_t>& floater);
 
-/// The commonest other id among the Gaussians nearest to the object's lowest twentieth.
-uint32_t find_support(const GaussianCloud& cloud, const Segmentation& segmentation, uint32_t object_id,
-                      const std::vector<int>& object, std::vector<int> background, const Vec3f& up);
+/// The commonest id, other than the object's and of `options.supports` if given, among the Gaussians nearest to the
+/// object's lowest twentieth; 0 = none.
+uint32_t find_support(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation,
+                      const std::vector<int>& object, std::vector<int> background);
+
+/// Whether the object stands on the plane of the contact: it does not pass through the object, and it goes on beyond
+/// the object's lowest part.
+bool stands_on(const ContactRegion& contact, std::span<const Vec3f> object, std::span<const Vec3f> support);
 
 /// Settles Gaussians near the contact plane: the object's below it go to the support where the support is close, the
 /// support's above it that lie among the object's go to the object.

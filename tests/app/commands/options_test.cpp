@@ -112,6 +112,7 @@ TEST(Options, AnEarlierSpellingIsRefusedWithTheNewOne) {
   refused({"segment", "scene", "--segment-iterations", "5"}, "--iterations");
   refused({"run", "scene", "--fps", "12"}, "--simulate.fps");
   refused({"run", "scene", "--fit-until", "2"}, "--fit.end");
+  refused({"run", "scene", "--until", "repair"}, "--fit.end, a time of the video; to stop after a stage");
   refused({"run", "scene", "--particles", "500"}, "--seed.particles");
   refused({"run", "scene", "--camera", "a"}, "--render.camera");
   refused({"run", "scene", "--no-orbit"}, "--render.no-orbit");

@@ -42,6 +42,35 @@ TEST(AutomaticSegmentation, FindsWhatStandsOnTheTableWithNoMasksAndNoPrompts) {
   const json scores = json::parse(read_text(score));
   for (const auto& [id, row] : scores.at("per_id").items()) EXPECT_GT(row.at("iou"), 0.7) << row.dump();
 
+  // Of the labels, only supports carry an object.
+  const auto change = [&](const std::string& name, const std::string& kind) {
+    json objects = json::parse(read_text(folder / "run/objects.json"));
+    for (json& object : objects)
+      if (object.at("name") == name) object["kind"] = kind;
+    write_text(folder / "run/objects.json", objects.dump());
+  };
+  const auto carrier = [&] {
+    EXPECT_EQ(run_quietly({"extract", out, "--object", "object_1"}), 0);
+    const json summary = json::parse(read_text(folder / "run/run.json"))["stages"]["extract"]["summary"];
+    return summary.contains("contact") ? summary["contact"]["support"].get<std::string>() : "";
+  };
+  EXPECT_EQ(carrier(), "support_1");
+  change("support_1", "rest");
+  EXPECT_EQ(carrier(), "");
+
+  // What gets a name or is split off by hand is an object.
+  const auto kind_of = [&](const std::string& name) {
+    for (const json& object : json::parse(read_text(folder / "run/objects.json")))
+      if (object.at("name") == name) return object.value("kind", "");
+    return std::string("no such object");
+  };
+  EXPECT_EQ(run_quietly({"segment", "edit", out, "--name", "support_1=table", "--name", "support_2=wall", "--split",
+                         "object_1"}),
+            0);
+  EXPECT_EQ(kind_of("table"), "object");
+  EXPECT_EQ(kind_of("wall"), "support");
+  EXPECT_EQ(kind_of("object_1_2"), "object");
+
   // Nothing else may be given with it.
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--auto", "--iterations", "20"}), 2);
   EXPECT_EQ(run_quietly({"segment", scene, "--out", out, "--auto", "--click", "view_000,80,60", "--overwrite"}), 2);

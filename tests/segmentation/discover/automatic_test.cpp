@@ -5,7 +5,6 @@
 
 #include <limits>
 
-#include "segmentation/discover/automatic_supports.h"
 #include "segmentation/field/known_labels.h"
 #include "tests/segmentation/made_scene.h"
 
@@ -129,6 +128,46 @@ TEST(Automatic, ASplatOfOneThingAloneIsWhole) {
   for (const uint32_t id : within.label) EXPECT_EQ(id, 1u);
   const AutomaticResult outside = without_table(Vec3f(0, 0.3f, 0));
   EXPECT_GT(outside.summary.rest, 0.02) << "what lies elsewhere is not of it";
+}
+
+/// The Gaussians of a made scene's balls, without the table.
+MadeScene without_table(const std::vector<MadeScene::Ball>& balls) {
+  MadeScene scene = made_scene(balls);
+  std::vector<int> kept;
+  std::vector<uint32_t> truth;
+  for (size_t p = 0; p < scene.cloud.size(); ++p)
+    if (scene.truth[p] != MadeScene::kTable) {
+      kept.push_back(static_cast<int>(p));
+      truth.push_back(scene.truth[p]);
+    }
+  scene.cloud = scene.cloud.select(kept);
+  scene.truth = truth;
+  return scene;
+}
+
+TEST(Automatic, WhatLiesCloseToAThingAloneBelongsToItAndThingsApartStayApart) {
+  // A nose that no edge joins to the ball, large enough to be an object, and a patch too small to be one.
+  const MadeScene::Ball ball{Vec3f(0, 0, 0.6f), 0.4f, 10, Vec3f(0.8f, 0.6f, 0.2f)};
+  MadeScene face = without_table({ball});
+  const size_t whole = face.cloud.size();
+  const auto add_clump = [&](const Vec3f& at, int side) {
+    for (int i = 0; i < side * side; ++i)
+      add_disc(face.cloud, at + 0.01f * Vec3f(static_cast<float>(i % side), 0, static_cast<float>(i / side)),
+               Vec3f::UnitY(), 0.008f, Vec3f(0.3f, 0.6f, 0.3f));
+  };
+  add_clump(ball.centre + Vec3f(-0.05f, ball.radius + 0.09f, -0.05f), 8);
+  add_clump(ball.centre + Vec3f(0, -ball.radius - 0.09f, 0), 3);
+  ASSERT_GT(face.cloud.size(), whole);
+  const AutomaticResult one = find_in(face);
+  EXPECT_EQ(one.summary.objects, 1);
+  EXPECT_EQ(one.summary.rest, 0);
+  for (const uint32_t id : one.label) EXPECT_EQ(id, 1u);
+
+  const MadeScene pair = without_table({{Vec3f(-0.5f, 0, 0.6f), 0.3f, 10, Vec3f(0.8f, 0.1f, 0.1f)},
+                                        {Vec3f(0.5f, 0, 0.6f), 0.2f, 20, Vec3f(0.1f, 0.3f, 0.8f)}});
+  const AutomaticResult two = find_in(pair);
+  EXPECT_EQ(two.summary.objects, 2);
+  for (const auto& each : pair.balls) EXPECT_GT(best_iou(pair, two, each.id), 0.95);
 }
 
 /// Two balls on the table that touch.
@@ -266,71 +305,6 @@ TEST(PictureSegments, WhatIsNotOpaqueStaysUnlabelled) {
   const IdImage ids = picture_segments({}, picture);
   EXPECT_EQ(ids(10, 10), 1u);
   EXPECT_EQ(ids(40, 10), 0u);
-}
-
-/// Points spread over a parallelogram.
-void add_sheet(const Vec3f& corner, const Vec3f& a, const Vec3f& b, int count, std::vector<Vec3f>& points) {
-  for (int i = 0; i < count; ++i) {
-    Random random(3, points.size());
-    const float s = static_cast<float>(random.uniform()), t = static_cast<float>(random.uniform());
-    points.push_back(corner + s * a + t * b + Vec3f::Constant(0.002f * static_cast<float>(random.normal())));
-  }
-}
-
-TEST(PlanesBehind, AreThoseWideOnesClearOfTheThingWithNothingBeyond) {
-  std::vector<Vec3f> wall, all;
-  add_sheet(Vec3f(-2, -2, 0), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 6000, wall);  // z = 0
-  all = wall;
-  add_sheet(Vec3f(-0.2f, -0.2f, 0.5f), Vec3f(0.4f, 0, 0), Vec3f(0, 0.4f, 0), 150, all);  // a small plate before it
-  const auto behind = [](const std::vector<Vec3f>& points, const Vec3f& thing) {
-    return planes_behind({}, points, thing, 5, 0.01f);
-  };
-  const std::vector<Support> found = behind(all, Vec3f(0, 0, 0.6f));
-  ASSERT_EQ(found.size(), 1u) << "the plate is no wall";
-  EXPECT_GT(found[0].normal.z(), 0.999f);
-  EXPECT_NEAR(found[0].height(Vec3f(0, 0, 0.6f)), 0.6, 0.01);
-  EXPECT_TRUE(behind(all, Vec3f(0, 0, 0.01f)).empty()) << "what was marked lies in the plane";
-  EXPECT_EQ(behind(all, Vec3f(0, 0, -0.6f)).size(), 1u) << "the side does not matter ...";
-  std::vector<Vec3f> two = all;
-  add_sheet(Vec3f(-2, -2, -0.5f), Vec3f(4, 0, 0), Vec3f(0, 4, 0), 3000, two);
-  const std::vector<Support> last = behind(two, Vec3f(0, 0, 0.8f));
-  ASSERT_EQ(last.size(), 1u);
-  EXPECT_NEAR(last[0].height(Vec3f(0, 0, 0.8f)), 1.3, 0.01) << "... but one through which more is seen is no wall";
-  EXPECT_TRUE(behind({}, Vec3f::Zero()).empty());
-}
-
-TEST(PlanesNearby, FindATableThatIsSmallInTheScene) {
-  std::vector<Vec3f> points;
-  add_sheet(Vec3f(-9, -9, -1), Vec3f(18, 0, 0), Vec3f(0, 18, 0), 20000, points);
-  add_sheet(Vec3f(-0.7f, -0.7f, 0), Vec3f(1.4f, 0, 0), Vec3f(0, 1.4f, 0), 3000, points);
-  const Vec3f thing(0, 0, 0.3f);  // nearer to the table than two tolerances in a scene of this size
-  const std::vector<float> shown(points.size(), 1.0f), apart(points.size(), 0.01f);
-  const std::vector<Support> wide = planes_behind({}, draw_points(points, shown, 1), thing, 25, 0.01f);
-  ASSERT_EQ(wide.size(), 1u) << "the floor alone";
-  EXPECT_NEAR(wide[0].height(thing), 1.3, 0.02);
-  const std::vector<Support> nearby = planes_nearby({}, {points, shown, apart}, thing, 25, wide);
-  ASSERT_EQ(nearby.size(), 1u) << "the table, once, and the floor no second time";
-  EXPECT_NEAR(nearby[0].height(thing), 0.3, 0.01);
-  EXPECT_GT(nearby[0].normal.z(), 0.99f);
-}
-
-TEST(ShareBeyond, IsOneOnATableHalfBeforeABackAndNoneWithinTheThing) {
-  Support plane;  // z = 0
-  plane.tolerance = 0.02f;
-  const auto share = [&](const Vec3f& corner, const Vec3f& a, const Vec3f& b) {
-    std::vector<Vec3f> points;
-    add_sheet(Vec3f(-0.1f, -0.3f, 0.05f), Vec3f(0.2f, 0, 0), Vec3f(0, 0.6f, 0), 500, points);  // of the thing
-    add_sheet(Vec3f(-0.1f, -0.3f, 0.05f), Vec3f(0, 0.6f, 0), Vec3f(0, 0, 0.5f), 500, points);
-    add_sheet(Vec3f(0.1f, -0.3f, 0.05f), Vec3f(0, 0.6f, 0), Vec3f(0, 0, 0.5f), 500, points);
-    std::vector<uint8_t> label(points.size(), 1);
-    add_sheet(corner, a, b, 4000, points);
-    label.resize(points.size(), 0);
-    return share_beyond(plane, points, label);
-  };
-  EXPECT_EQ(share(Vec3f(-1, -1, 0), Vec3f(2, 0, 0), Vec3f(0, 2, 0)), 1);
-  EXPECT_NEAR(share(Vec3f(0, -1, 0), Vec3f(1, 0, 0), Vec3f(0, 2, 0)), 0.5, 0.09);
-  EXPECT_EQ(share(Vec3f(-0.1f, -0.3f, 0), Vec3f(0.2f, 0, 0), Vec3f(0, 0.6f, 0)), 0);
-  EXPECT_EQ(share_beyond(plane, std::vector<Vec3f>(3, Vec3f::Zero()), std::vector<uint8_t>(3, 0)), 0) << "no thing";
 }
 
 }  // namespace

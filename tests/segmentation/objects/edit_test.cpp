@@ -155,8 +155,10 @@ TEST(Edit, ADroppedObjectTakesTheLabelOfWhatItStandsOn) {
   std::vector<uint32_t> expected = f.segmentation.label, picture = f.picture(5);
   for (uint32_t& id : expected) id = id == 300 ? MadeScene::kTable : id;
   for (uint32_t& id : picture) id = id == 300 ? MadeScene::kTable : id;
-  f.edit(Kind::kDrop, "plum");
+  const EditOutcome outcome = f.edit(Kind::kDrop, "plum");
   EXPECT_EQ(f.segmentation.label, expected);
+  EXPECT_NE(outcome.sentence.find(": " + std::to_string(outcome.gaussians) + " that of 3 (table)"), std::string::npos)
+      << outcome.sentence;
   EXPECT_GT(share_equal(f.picture(5), picture), 0.995);
   expect_consistent(f.segmentation);
 }

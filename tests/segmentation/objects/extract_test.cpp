@@ -2,6 +2,7 @@
 
 #include "segmentation/objects/extract.h"
 
+#include <functional>
 #include <numeric>
 
 #include "gaussians/base/linear_algebra.h"
@@ -148,6 +149,63 @@ TEST(Extract, NothingStandsOnItself) {
   const ExtractResult ball = extract(options, scene.cloud, segmentation);
   EXPECT_GT(ball.summary.below_probability, 50u);
   EXPECT_EQ(ball.summary.support, MadeScene::kTable);
+}
+
+/// A figure on a plinth, of one splat: its lower end is the plinth, `level` is where the rest lies about it.
+MadeScene figure(const std::function<bool(const Vec3f& x)>& rest, float level) {
+  MadeScene scene;
+  for (float z = 0; z <= 1; z += 0.02f)
+    for (int k = 0; k < 40; ++k) {
+      const float angle = 2 * static_cast<float>(M_PI) * static_cast<float>(k) / 40, radius = z < 0.3f ? 0.3f : 0.2f;
+      const Vec3f out(std::cos(angle), std::sin(angle), 0);
+      add_disc(scene.cloud, radius * out + Vec3f(0, 0, z), out, 0.02f, Vec3f::Ones());
+      scene.truth.push_back(300);
+    }
+  for (float x = -1; x <= 1; x += 0.03f)
+    for (float y = -1; y <= 1; y += 0.03f) {
+      const Vec3f at(x, y, level);
+      if (std::hypot(x, y) < 0.32f || !rest(at)) continue;
+      add_disc(scene.cloud, at, Vec3f::UnitZ(), 0.02f, Vec3f::Ones());
+      scene.truth.push_back(3);
+    }
+  return scene;
+}
+
+TEST(Extract, NothingOfTheObjectGoesToARestThatDoesNotCarryIt) {
+  const auto extracted = [](const MadeScene& scene, std::optional<std::vector<uint32_t>> supports = std::nullopt) {
+    ExtractOptions options;
+    options.object = 300;
+    options.supports = std::move(supports);
+    return extract(options, scene.cloud, certain(scene.truth, {3, 300}));
+  };
+  const auto everywhere = [](const Vec3f&) { return true; };
+  const auto two_hands = [](const Vec3f& x) { return std::abs(x.y()) < 0.12f && std::abs(x.x()) < 0.7f; };
+  const auto expect_none = [](const ExtractResult& result) {
+    EXPECT_FALSE(result.contact.found);
+    EXPECT_EQ(result.summary.support, 0u);
+    EXPECT_EQ(result.summary.contact_to_support, 0u);
+  };
+  const ExtractResult ground = extracted(figure(everywhere, 0));
+  EXPECT_TRUE(ground.contact.found);
+  EXPECT_EQ(ground.summary.support, 3u);
+  expect_none(extracted(figure(two_hands, 0.02f)));                        // beside its foot, but no ground
+  expect_none(extracted(figure(everywhere, 0.25f)));                       // a brim passes through it
+  expect_none(extracted(figure(everywhere, 0), std::vector<uint32_t>{}));  // known to be no support
+  EXPECT_EQ(extracted(figure(two_hands, 0.02f), std::vector<uint32_t>{3}).summary.support, 3u) << "known to be one";
+}
+
+TEST(Extract, ADensePartThatTouchesTheObjectIsNoFloater) {
+  MadeScene scene = made_scene(two_balls(), 1);
+  const MadeScene::Ball ball = scene.balls[0];
+  for (int i = 0; i < 27; ++i) {  // its Gaussians have their nearest ones among themselves
+    const Vec3f x = 0.005f * Vec3f(i % 3 - 1.0f, i / 3 % 3 - 1.0f, i / 9 - 1.0f);
+    add_disc(scene.cloud, ball.centre + x + Vec3f(0, 0, ball.radius + 0.05f), Vec3f::UnitZ(), 0.004f, Vec3f::Ones());
+    scene.truth.push_back(300);
+  }
+  ExtractOptions options;
+  options.object = 300;
+  options.floater_share = 0.1f;
+  EXPECT_EQ(extract(options, scene.cloud, certain(scene.truth, kObjectIds)).summary.floaters, 0u);
 }
 
 TEST(Extract, AnUnknownIdIsAUsageErrorThatListsTheKnownOnes) {

@@ -277,8 +277,9 @@ TEST_F(GestureTest, GrowingAddsWhatTouchesAndShrinkingTakesTheBorder) {
     EXPECT_GT(result.summary.selected, last) << rounds;
     last = result.summary.selected;
     for (size_t p = 0; p < scene.truth.size(); ++p)
-      if (rounds < 0 ? result.selected(p) : plain.selected(p))
+      if (rounds < 0 ? result.selected(p) : plain.selected(p)) {
         ASSERT_TRUE(rounds < 0 ? plain.selected(p) : result.selected(p)) << rounds << ", Gaussian " << p;
+      }
   }
   // One round reaches no farther than the distance to a neighbour.
   gesture.grow = 1;
@@ -306,7 +307,9 @@ TEST_F(GestureTest, GrowingAddsWhatTouchesAndShrinkingTakesTheBorder) {
   gesture.boxes = {box_of(300, 4, 0.05f)};
   const GestureResult boxed = select(gesture);
   for (size_t p = 0; p < scene.truth.size(); ++p)
-    if (boxed.rule[p] == SelectionRule::kOutside) ASSERT_FALSE(boxed.selected(p)) << "outside the box";
+    if (boxed.rule[p] == SelectionRule::kOutside) {
+      ASSERT_FALSE(boxed.selected(p)) << "outside the box";
+    }
 }
 
 TEST_F(GestureTest, GrowingDoesNotRunAlongLargeSparseGaussians) {
