@@ -13,10 +13,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/files.h"
-#include "gaussians/io/images/image_files.h"
-#include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
-#include "gaussians/vision/resize.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -24,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kGeneratedFps = 24;
-const char *const kFind = "find", *const kNone = "none";
+const char* const kFind = "find";
 
 const Camera& camera_named(const std::vector<Camera>& cameras, const std::string& name, const std::string& where) {
   for (const Camera& camera : cameras)
@@ -47,8 +44,6 @@ Camera camera_of_pose_file(const FitStage& stage) {
                       "choose the video's camera with --video-camera NAME");
   return cameras[0];
 }
-
-bool has_mask(const FitStage& stage) { return !stage.video_mask().empty() && stage.video_mask() != kNone; }
 
 RenderOptions rendering_of(const Scene& scene) {
   RenderOptions rendering;
@@ -156,75 +151,8 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const F
   return generate_video(options, render(scene.cloud, camera, rendering_of(scene)).color, camera, run / "fit/generated");
 }
 
-}  // namespace
-
-std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video) {
-  std::vector<ImageF> masks;
-  if (!has_mask(stage)) return {};
-  const fs::path file = stage.video_mask();
-  if (is_image_file(file)) {
-    const ImageF mask = read_image(file);
-    if (std::abs(static_cast<double>(mask.width) / mask.height /
-                     (static_cast<double>(video.camera.width) / video.camera.height) -
-                 1) > 0.02)
-      throw input_error(stage.video_mask(), "size",
-                        fmt::format("is {} x {}, but the video is {} x {}", mask.width, mask.height, video.camera.width,
-                                    video.camera.height),
-                        "give a mask with the video's aspect ratio");
-    masks = {resized(mask, video.camera.width, video.camera.height)};
-  } else {
-    VideoOptions options;
-    options.first = stage.first;
-    options.last = stage.last;
-    options.declared_fps = video.source_fps;
-    options.trust_declared = true;
-    options.fps = video.fps;
-    options.resampling = Resampling::kNearest;
-    masks = load_reference_video(options, file, video.camera).frames;
-    if (masks.size() != video.frames.size())
-      throw input_error(stage.video_mask(), "frames",
-                        fmt::format("are {}, but the video has {}", masks.size(), video.frames.size()),
-                        "give one mask for every frame, or one image for all");
-  }
-  std::vector<ImageU8> compared;
-  for (const ImageF& mask : masks) {
-    ImageU8 out(mask.width, mask.height, 1);
-    for (int y = 0; y < mask.height; ++y)
-      for (int x = 0; x < mask.width; ++x) out(x, y) = mask(x, y, 0) > 0.5f ? 255 : 0;
-    compared.push_back(std::move(out));
-  }
-  return compared;
-}
-
-FitStage further_video(const FitStage& stage, size_t i) {
-  const size_t k = i + 1;
-  if (k >= stage.videos.size()) {
-    const bool camera = k < stage.cameras.size();
-    const std::string option = stage.typed(camera ? "video-camera" : "video-mask");
-    throw usage_error(option, camera ? stage.cameras[k] : stage.masks[k], "has no video",
-                      fmt::format("give --video FILE as often as {}, in the same order", option));
-  }
-  const auto only = [k](std::vector<std::string>& all) {
-    all = k < all.size() ? std::vector<std::string>{all[k]} : std::vector<std::string>{};
-  };
-  FitStage one = stage;
-  one.generate = {};
-  one.pose.clear();
-  only(one.videos);
-  only(one.cameras);
-  only(one.masks);
-  return one;
-}
-
-Camera unfilmed_camera(const fs::path& object, const Scene& scene, const FitStage& stage) {
-  const std::string name = known_camera(scene, stage);
-  if (!stage.pose.empty()) return camera_of_pose_file(stage);
-  if (!name.empty()) return camera_named(scene.cameras, name, "the scene");
-  return clip_camera(scene, "", robust_bounds(read_ply(object)));
-}
-
-ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
-                              const FitStage& stage, double fps) {
+ReferenceVideo load_video(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage,
+                          double fps) {
   const Scene& scene = in.scene;
   if (!stage.generate.command.empty()) return generate(context, run, in, stage);
   const NamedVideo named = named_video(scene, stage);
@@ -271,6 +199,42 @@ ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, c
     tell(context, run, refined);
     video.camera = refined.camera;
   }
+  return video;
+}
+
+}  // namespace
+
+FitStage further_video(const FitStage& stage, size_t i) {
+  const size_t k = i + 1;
+  if (k >= stage.videos.size()) {
+    const bool camera = k < stage.cameras.size();
+    const std::string option = stage.typed(camera ? "video-camera" : "video-mask");
+    throw usage_error(option, camera ? stage.cameras[k] : stage.masks[k], "has no video",
+                      fmt::format("give --video FILE as often as {}, in the same order", option));
+  }
+  const auto only = [k](std::vector<std::string>& all) {
+    all = k < all.size() ? std::vector<std::string>{all[k]} : std::vector<std::string>{};
+  };
+  FitStage one = stage;
+  one.generate = {};
+  one.pose.clear();
+  only(one.videos);
+  only(one.cameras);
+  only(one.masks);
+  return one;
+}
+
+Camera unfilmed_camera(const fs::path& object, const Scene& scene, const FitStage& stage) {
+  const std::string name = known_camera(scene, stage);
+  if (!stage.pose.empty()) return camera_of_pose_file(stage);
+  if (!name.empty()) return camera_named(scene.cameras, name, "the scene");
+  return clip_camera(scene, "", robust_bounds(read_ply(object)));
+}
+
+ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
+                              const FitStage& stage, double fps) {
+  ReferenceVideo video = load_video(context, run, in, stage, fps);
+  if (has_mask(stage)) check_mask(context, in, stage, video);
   return video;
 }
 

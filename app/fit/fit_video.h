@@ -15,9 +15,18 @@ namespace pliant {
 ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
                               const FitStage& stage, double fps = 0);
 
-/// [T of the video] or [1], or empty without a stage.video_mask: 0 = a pixel that is not compared.  Throws
-/// Error{kInput} for a mask of another shape or number of frames.
+/// Whether the stage names a mask of its video.
+bool has_mask(const FitStage& stage);
+
+/// [T of the video] or [1], or empty without a stage.video_mask: 0 = a pixel that is not compared, dark in all of its
+/// channels.  A folder has a mask for each frame of the video's file; a video of masks runs at its own rate unless
+/// stage.fps or the scene overrides the rate of the video.  Throws Error{kInput} for a mask of another shape or number
+/// of frames.
 std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video);
+
+/// Says what is doubtful about the mask of a video.  Throws Error{kInput} where it is dark over the whole object in the
+/// first frame, in which points are chosen.
+void check_mask(const Context& context, const FitInputs& in, const FitStage& stage, const ReferenceVideo& video);
 
 /// Where a PhysDreamer folder's mask of this camera has the foreground at rest, [H, W, 1]; empty without one.
 ImageF load_object_mask(const Scene& scene, const Camera& camera);

@@ -19,8 +19,9 @@ namespace pliant {
 namespace {
 
 constexpr uint64_t kMostBytes = uint64_t{1} << 32;
-constexpr double kSameBox = 0.1;    // of the largest extent, by which the box of a field may be beside the object's
-constexpr double kSameShape = 0.2;  // of the largest extent, by which their proportions may differ
+constexpr double kSameBox = 0.1;     // of the largest extent, by which the box of a field may be beside the object's
+constexpr double kSameShape = 0.2;   // of the largest extent, by which their proportions may differ
+constexpr double kSamePlace = 0.25;  // the same as kSameBox for samples of one scene, which may be few
 
 using Columns = std::map<std::string, std::vector<double>>;
 
@@ -31,6 +32,13 @@ Columns read_voxels(const fs::path& file) {
   if (std::find(names.begin(), names.end(), entry) == names.end())
     throw input_error(file.string(), entry, "is missing in the archive", "give an .npz of VoMP");
   return read_npy_columns(zip.read(entry, kMostBytes), file.string() + ":" + entry);
+}
+
+/// Whether data of a row follow.
+bool has_another_row(std::istream& in, const PlyHeader& header, const PlyElement& element, uint64_t size) {
+  if (header.ascii) return static_cast<bool>(in >> std::ws) && in.peek() != std::istream::traits_type::eof();
+  const std::streamoff at = in.tellg();
+  return at >= 0 && size >= static_cast<uint64_t>(at) + element.row_bytes();
 }
 
 Columns read_vertices(const fs::path& file) {
@@ -50,6 +58,10 @@ Columns read_vertices(const fs::path& file) {
   rows.for_each_row([&](const float* values) {
     for (size_t k = 0; k < vertex->properties.size(); ++k) out[vertex->properties[k].name].push_back(values[k]);
   });
+  if (vertex == &header.elements.back() && has_another_row(in, header, *vertex, size))
+    throw input_error(file.string(), "element vertex",
+                      fmt::format("the header declares {} rows, but more follow", vertex->count),
+                      "correct the number in the header");
   return out;
 }
 
@@ -69,6 +81,11 @@ Eigen::AlignedBox3f box_of(const std::vector<Vec3f>& points) {
   box.extend(low);
   box.extend(high);
   return box;
+}
+
+/// The largest one between their corners along an axis.
+float distance_of(const Eigen::AlignedBox3f& a, const Eigen::AlignedBox3f& b) {
+  return std::max((a.min() - b.min()).cwiseAbs().maxCoeff(), (a.max() - b.max()).cwiseAbs().maxCoeff());
 }
 
 std::string box_text(const Eigen::AlignedBox3f& box) {
@@ -119,9 +136,7 @@ std::vector<Vec3f> placed_in(const fs::path& file, const std::vector<Vec3f>& pos
                              const std::vector<Vec3f>& object) {
   const Eigen::AlignedBox3f from = box_of(positions), to = box_of(object);
   const float largest = to.sizes().maxCoeff();
-  if ((from.min() - to.min()).cwiseAbs().maxCoeff() < kSameBox * largest &&
-      (from.max() - to.max()).cwiseAbs().maxCoeff() < kSameBox * largest)
-    return positions;
+  if (distance_of(from, to) < kSameBox * largest) return positions;
   const float scale = largest / std::max(from.sizes().maxCoeff(), 1e-20f);
   if ((scale * from.sizes() - to.sizes()).cwiseAbs().maxCoeff() > kSameShape * largest)
     throw input_error(file.string(), "x, y, z",
@@ -130,6 +145,18 @@ std::vector<Vec3f> placed_in(const fs::path& file, const std::vector<Vec3f>& pos
   std::vector<Vec3f> out;
   for (const Vec3f& x : positions) out.push_back(to.center() + scale * (x - from.center()));
   return out;
+}
+
+void check_place(const fs::path& file, const std::string& field, const std::vector<Vec3f>& positions,
+                 const std::vector<Vec3f>& object) {
+  const Eigen::AlignedBox3f from = box_of(positions), to = box_of(object);
+  if (distance_of(from, to) <= kSamePlace * to.sizes().maxCoeff()) return;
+  const auto text = [](const Eigen::AlignedBox3f& box) {
+    const Vec3f centre = box.center();
+    return fmt::format("{} around ({:.3g}, {:.3g}, {:.3g})", box_text(box), centre.x(), centre.y(), centre.z());
+  };
+  throw input_error(file.string(), field, fmt::format("fill a box of {}, but the object's is {}", text(from), text(to)),
+                    "give positions of this object in the units and axes of the scene");
 }
 
 void write_material_field(const fs::path& file, const MaterialFile& m) {

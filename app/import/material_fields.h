@@ -21,6 +21,11 @@ MaterialFile read_material_field(const std::filesystem::path& file);
 std::vector<Vec3f> placed_in(const std::filesystem::path& file, const std::vector<Vec3f>& positions,
                              const std::vector<Vec3f>& object);
 
+/// Throws Error{kInput} naming `field` unless the box of its positions, scene units, is that of the `object` samples
+/// within a quarter of their largest extent.
+void check_place(const std::filesystem::path& file, const std::string& field, const std::vector<Vec3f>& positions,
+                 const std::vector<Vec3f>& object);
+
 /// Writes a field whose positions are those of the scene: .npz (in the unit cube) or .ply (as they are).  Atomic.
 /// Throws Error{kUsage} for another extension.
 void write_material_field(const std::filesystem::path& file, const MaterialFile& material);

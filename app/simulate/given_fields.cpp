@@ -12,6 +12,8 @@
 #include "gaussians/base/nearest.h"
 #include "physics/simulate/simulator.h"
 
+namespace fs = std::filesystem;
+
 namespace pliant {
 namespace {
 
@@ -20,8 +22,8 @@ bool is_uniform(const std::vector<float>& values) {
 }
 
 /// For each of `points`, the row of the file that counts for it.
-std::vector<int> rows_for(const std::filesystem::path& file, const std::string& field, size_t rows,
-                          const std::vector<Vec3f>& places, const std::vector<Vec3f>& points) {
+std::vector<int> rows_for(const fs::path& file, const std::string& field, size_t rows, const std::vector<Vec3f>& places,
+                          const std::vector<Vec3f>& points) {
   if (rows == points.size() && (places.empty() || places == points)) {
     std::vector<int> same(rows);
     std::iota(same.begin(), same.end(), 0);
@@ -31,7 +33,14 @@ std::vector<int> rows_for(const std::filesystem::path& file, const std::string& 
     throw input_error(file.string(), field,
                       fmt::format("has {} rows for {} points of the object, and no positions", rows, points.size()),
                       "it was made for other particles: make it again, or add positions");
+  check_place(file, fs::path(field).replace_filename("position").string(), places, points);
   return k_nearest(places, points, 1);
+}
+
+float median_of(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 /// Makes of a state what the nodes of the grid can represent.  Where a displacement and an F do not belong together, a
@@ -54,7 +63,7 @@ void follow_nodes(const Particles& body, SimulationState& state) {
 
 }  // namespace
 
-ElasticSamples given_material(const std::filesystem::path& file, const std::vector<Vec3f>& positions) {
+ElasticSamples given_material(const fs::path& file, const std::vector<Vec3f>& positions) {
   MaterialFile m;
   if (is_material_field(file)) {
     m = read_material_field(file);
@@ -75,7 +84,21 @@ ElasticSamples given_material(const std::filesystem::path& file, const std::vect
   return solid;
 }
 
-SimulationState given_start(const std::filesystem::path& file, const ParticleFile& particles, const Particles& body) {
+std::string unit_doubt(const ElasticSamples& solid) {
+  constexpr float kSoftest = 1, kSoftestInGiga = 1e-3f, kLightest = 5;
+  CHECK(!solid.young.empty() && !solid.density.empty());
+  const float young = median_of(solid.young), density = median_of(solid.density);
+  std::string doubt;
+  if (young < kSoftest)
+    doubt =
+        fmt::format("has a median E of {:.3g} Pa: is it in {}?", young, young < kSoftestInGiga ? "GPa" : "MPa or GPa");
+  if (density < kLightest)
+    doubt +=
+        fmt::format("{}has a median density of {:.3g} kg/m^3: is it in g/cm^3?", doubt.empty() ? "" : " It ", density);
+  return doubt;
+}
+
+SimulationState given_start(const fs::path& file, const ParticleFile& particles, const Particles& body) {
   const VelocityFile v = read_velocity(file);
   const std::vector<int> rows =
       rows_for(file, "/driving/velocity", v.velocity.size(), v.position, particles.driving_position);

@@ -115,6 +115,8 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   ParticleFile particles = read_particles(in.files.at("particles"));
   ElasticSamples solid =
       fields ? given_material(in.files.at("material"), particles.solid_position) : solid_material(particles, material);
+  if (const std::string doubt = given ? unit_doubt(solid) : ""; !doubt.empty())
+    context.progress.warn(stage.material_file + " " + doubt);
   // A law on the command line is not that of a fitted branch.
   if (!stage.material.law.empty() && material.material.law != Law::kViscoelastic) solid.branch.clear();
   if (predicted)

@@ -1,9 +1,10 @@
 #include "fitting/observe/frame_source.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 
+#include "fitting/observe/frame_clock.h"
+#include "fitting/observe/frame_numbers.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_files.h"
@@ -14,30 +15,7 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-/// Whether a comes before b when runs of digits are compared as numbers.
-bool before(const std::string& a, const std::string& b) {
-  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!digit(a[i]) || !digit(b[j])) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i;
-      ++j;
-      continue;
-    }
-    while (i < a.size() && a[i] == '0') ++i;
-    while (j < b.size() && b[j] == '0') ++j;
-    size_t m = i, n = j;
-    while (m < a.size() && digit(a[m])) ++m;
-    while (n < b.size() && digit(b[n])) ++n;
-    if (m - i != n - j) return m - i < n - j;
-    const int order = a.compare(i, m - i, b, j, n - j);
-    if (order != 0) return order < 0;
-    i = m;
-    j = n;
-  }
-  return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
-}
+constexpr int kScanned = 1000;  // frames whose time stamps tell the rate
 
 class VideoFile : public FrameSource {
  public:
@@ -50,7 +28,6 @@ class VideoFile : public FrameSource {
       throw input_error(file.string(), "", "is not a video that can be decoded",
                         "give an mp4 (H.264), or a folder of images; `ffmpeg -i F out.mp4` converts most formats");
     }
-    fps_ = capture_->get(cv::CAP_PROP_FPS);
     const double count = capture_->get(cv::CAP_PROP_FRAME_COUNT);
     frames_ = count > 0 && count < 1e8 ? static_cast<int>(count) : 0;
   }
@@ -71,36 +48,68 @@ class VideoFile : public FrameSource {
       for (int x = 0; x < bgr.cols; ++x)
         for (int c = 0; c < 3; ++c) out[3 * x + c] = static_cast<float>(row[3 * x + 2 - c]) * (1.0f / 255);
     }
-    // Time stamps that do not grow are no time stamps: then the rate tells the instant.
     const double stamp = capture_->get(cv::CAP_PROP_POS_MSEC) / 1000;
     if (read_ == 0) first_stamp_ = stamp;
-    const double since_first = stamp - first_stamp_;
-    frame.time = read_ == 0 || since_first > last_ ? since_first : fps_ > 0 ? read_ / fps_ : 0;
+    // Time stamps that do not grow, as of the last frames in some files, are none: then the rate tells the instant.
+    if (read_ > 0) {
+      const double since_first = clock().instant(stamp - first_stamp_);
+      frame.time = since_first > last_ ? since_first : clock().rate > 0 ? last_ + 1 / clock().rate : 0;
+    }
     last_ = frame.time;
     ++read_;
     return frame;
   }
-  double fps() const override { return fps_; }
+  double fps() override { return clock().rate; }
   int frames() const override { return frames_; }
 
  private:
+  /// Reads the time stamps of the file when they are first needed: a first frame alone has none to compare.
+  const FrameClock& clock() {
+    if (clock_) return *clock_;
+    std::vector<double> stamps;
+    try {
+      const std::unique_ptr<cv::VideoCapture> scan = codecs::open_video(file_.string());
+      double first = 0;
+      for (int f = 0; f < kScanned && scan->grab(); ++f) {
+        const double stamp = scan->get(cv::CAP_PROP_POS_MSEC) / 1000;
+        if (f == 0) first = stamp;
+        if (f > 0 && !(stamp - first > stamps.back())) break;
+        stamps.push_back(stamp - first);
+      }
+    } catch (const cv::Exception&) {
+      // `next` says what cannot be decoded.
+    }
+    clock_ = clock_of(stamps, capture_->get(cv::CAP_PROP_FPS));
+    return *clock_;
+  }
+
   fs::path file_;
   std::unique_ptr<cv::VideoCapture> capture_;
-  double fps_ = 0, first_stamp_ = 0, last_ = 0;
+  std::optional<FrameClock> clock_;
+  double first_stamp_ = 0, last_ = 0;
   int frames_ = 0, read_ = 0;
 };
 
 class PictureFolder : public FrameSource {
  public:
-  PictureFolder(const fs::path& folder, double fps) : files_(pictures_in_order(folder)), fps_(fps) {
+  PictureFolder(const fs::path& folder, double fps, const std::vector<double>& instants)
+      : files_(pictures_in_order(folder)) {
     if (files_.empty()) {
       throw input_error(folder.string(), "", "has no images",
                         "give a video file, or a folder of numbered PNG or JPEG frames");
     }
+    if (!instants.empty()) {
+      instants_ = instants;
+      while (instants_.size() < files_.size()) instants_.push_back(instants_.back() + 1 / fps);
+      return;
+    }
+    const FrameNumbers numbers = frame_numbers(files_);
+    for (const long long frame : numbers.frame) instants_.push_back(static_cast<double>(frame) / fps);
+    if (!numbers.doubt.empty()) doubt_ = folder.string() + " " + numbers.doubt;
   }
   std::optional<TimedFrame> next() override {
     if (read_ >= files_.size()) return std::nullopt;
-    TimedFrame frame{static_cast<double>(read_) / fps_, read_image(files_[read_])};
+    TimedFrame frame{instants_[read_], read_image(files_[read_])};
     const ImageF& picture = frame.picture;
     if (read_ == 0) {
       width_ = picture.width;
@@ -116,12 +125,14 @@ class PictureFolder : public FrameSource {
     ++read_;
     return frame;
   }
-  double fps() const override { return 0; }
+  double fps() override { return 0; }
   int frames() const override { return static_cast<int>(files_.size()); }
+  std::string doubt() const override { return doubt_; }
 
  private:
   std::vector<fs::path> files_;
-  double fps_;
+  std::vector<double> instants_;
+  std::string doubt_;
   size_t read_ = 0;
   int width_ = 0, height_ = 0;
 };
@@ -130,12 +141,14 @@ class PictureFolder : public FrameSource {
 
 std::vector<fs::path> pictures_in_order(const fs::path& folder) {
   std::vector<fs::path> files = images_in(folder);
-  std::sort(files.begin(), files.end(),
-            [](const fs::path& a, const fs::path& b) { return before(a.filename().string(), b.filename().string()); });
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return number_order(a.filename().string(), b.filename().string());
+  });
   return files;
 }
 
-std::unique_ptr<FrameSource> open_frames(const fs::path& file_or_folder, double folder_fps) {
+std::unique_ptr<FrameSource> open_frames(const fs::path& file_or_folder, double folder_fps,
+                                         const std::vector<double>& instants) {
   std::error_code ignored;
   if (!fs::exists(file_or_folder, ignored)) {
     throw input_error(file_or_folder.string(), "", "does not exist", "check the name of the reference video");
@@ -146,7 +159,7 @@ std::unique_ptr<FrameSource> open_frames(const fs::path& file_or_folder, double 
                       "give the rate of the camera, in the scene file (video.fps), with --video-fps (fit, run) or "
                       "--fps (evaluate motion)");
   }
-  return std::make_unique<PictureFolder>(file_or_folder, folder_fps);
+  return std::make_unique<PictureFolder>(file_or_folder, folder_fps, instants);
 }
 
 }  // namespace pliant

@@ -16,7 +16,7 @@ namespace pliant {
 namespace {
 
 constexpr double kLowestRate = 1, kHighestRate = 1000;
-constexpr double kShapeTolerance = 0.02, kRateTolerance = 0.01;
+constexpr double kAspectTolerance = 0.02, kDeclaredTolerance = 0.01, kSameRate = 1e-6;
 constexpr double kSameInstant = 0.02;  // of the distance between two frames
 constexpr double kUnevenStep = 0.5;    // of the mean distance between two frames
 
@@ -94,7 +94,7 @@ double agreed_rate(const VideoOptions& options, const std::string& name, Referen
     throw input_error(name, "fps", fmt::format("is {}, which no camera has", video.file_fps),
                       "re-encode the file with its true rate: `ffmpeg -r RATE -i F out.mp4`");
   }
-  if (video.declared_fps == 0 || std::abs(video.declared_fps / video.file_fps - 1) <= kRateTolerance)
+  if (video.declared_fps == 0 || std::abs(video.declared_fps / video.file_fps - 1) <= kDeclaredTolerance)
     return video.file_fps;
   video.warnings.push_back(
       fmt::format("{} runs at {:.4g} frames per second, the scene file states {:.4g}: times follow the {}, and with "
@@ -109,7 +109,7 @@ double agreed_rate(const VideoOptions& options, const std::string& name, Referen
 void check_shape(const std::string& name, const ImageF& picture, const Camera& camera) {
   const double of_video = static_cast<double>(picture.width) / picture.height,
                of_camera = static_cast<double>(camera.width) / camera.height;
-  if (std::abs(of_video / of_camera - 1) <= kShapeTolerance) return;
+  if (std::abs(of_video / of_camera - 1) <= kAspectTolerance) return;
   throw input_error(
       name, "",
       fmt::format("has frames of {} x {} (width / height {:.3f}), but camera '{}' takes {} x {} ({:.3f})",
@@ -123,7 +123,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   check_options(options);
   CHECK(camera.width > 0 && camera.height > 0);
   const std::string name = file_or_folder.string();
-  const auto source = open_frames(file_or_folder, options.declared_fps);
+  const auto source = open_frames(file_or_folder, options.declared_fps, options.instants);
   ReferenceVideo video;
   video.camera = camera;
   video.file_fps = source->fps();
@@ -131,6 +131,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   const double rate = video.source_fps = agreed_rate(options, name, video);
   const double stretch = video.file_fps > 0 ? video.file_fps / rate : 1;
   video.fps = options.fps > 0 ? options.fps : rate;
+  if (!source->doubt().empty()) video.warnings.push_back(source->doubt());
 
   Resampler resampler(options, video);
   double end = 0, longest_step = 0;
@@ -141,6 +142,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
     frame->time *= stretch;
     longest_step = std::max(longest_step, frame->time - end);
     end = frame->time;
+    video.instants.push_back(end);
     frame->picture = resized(frame->picture, camera.width, camera.height);
     resampler.add(std::move(*frame));
   }
@@ -165,16 +167,18 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   if (options.last != 0 && options.last > end + 1.5 / rate)
     video.warnings.push_back(fmt::format("{} ends at {:.3f} s, before {} s", name, end, options.last));
   const double mean_step = end / (video.frames_in_file - 1);
-  if (longest_step > (1 + kUnevenStep) * mean_step) {
+  if (video.file_fps > 0 && longest_step > (1 + kUnevenStep) * mean_step) {
     video.warnings.push_back(fmt::format(
         "{} has an uneven rate: up to {:.1f} ms between frames, {:.1f} ms on average; frames follow its time stamps",
         name, 1e3 * longest_step, 1e3 * mean_step));
   }
   if (video.blended > 0) {
-    video.warnings.push_back(
-        fmt::format("{} of {} frames are blends of two, since the video runs at {:.4g} frames per second and {:.4g} "
-                    "are requested: moving edges are doubled there",
-                    video.blended, video.frames.size(), rate, video.fps));
+    const std::string reason =
+        std::abs(video.fps / rate - 1) < kSameRate
+            ? "the video has no frame at their instants"
+            : fmt::format("the video runs at {:.4g} frames per second and {:.4g} are requested", rate, video.fps);
+    video.warnings.push_back(fmt::format("{} of {} frames are blends of two, since {}: moving edges are doubled there",
+                                         video.blended, video.frames.size(), reason));
   }
   return video;
 }

@@ -22,6 +22,7 @@ struct ReferenceVideo {
   bool declared_rate_holds = false;  ///< times follow the scene file although the file tells another rate
   double start = 0;                  ///< s from the first frame of the file to the first one here
   int frames_in_file = 0;            ///< decoded up to the end of the wanted part
+  std::vector<double> instants;      ///< of those, s from the first one
   int blended = 0;                   ///< frames made from two of the file
 };
 
@@ -35,18 +36,20 @@ struct VideoOptions {
   double first = 0,
          last =
              0;  ///< s of the file, the wanted part; last = 0: to its end.  The frame nearest to `first` is taken whole
-  double fps = 0;               ///< wanted; 0 = that of the file, which takes every frame as it is
-  double declared_fps = 0;      ///< of the file as the scene file tells; needed for a folder
-  bool trust_declared = false;  ///< the declared rate holds against the file's, as for slow motion
+  double fps = 0;                ///< wanted; 0 = that of the file, which takes every frame as it is
+  double declared_fps = 0;       ///< of the file as the scene file tells; needed for a folder
+  bool trust_declared = false;   ///< the declared rate holds against the file's, as for slow motion
+  std::vector<double> instants;  ///< s, of the pictures of a folder; empty = the numbers in their names tell them
   Resampling resampling = Resampling::kLinear;
   double most_bytes = 3e9;  ///< of the frames in memory
 };
 
 /// Reads a video of any format that OpenCV decodes through FFmpeg, or a folder of pictures in the order of the numbers
 /// in their names; takes the wanted part at the wanted rate and scales it to the size of `camera`.  Frames of a file
-/// with an uneven rate are resampled by their time stamps.  Throws Error{kInput} naming the file when it does not
-/// exist, is no video, has fewer than two frames in the wanted part, a rate outside 1 to 1000 per second, or a shape
-/// (width / height) more than 2 % off the camera's; Error{kUsage} for impossible options.
+/// with an uneven rate are resampled by their time stamps; a frame that is missing is a blend of its neighbours. Throws
+/// Error{kInput} naming the file when it does not exist, is no video, has fewer than two frames in the wanted part, a
+/// rate outside 1 to 1000 per second, or a shape (width / height) more than 2 % off the camera's; Error{kUsage} for
+/// impossible options.
 ReferenceVideo load_reference_video(const VideoOptions& options, const std::filesystem::path& file_or_folder,
                                     const Camera& camera);
 

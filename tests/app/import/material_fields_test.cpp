@@ -133,6 +133,12 @@ TEST(MaterialField, HostileFilesNameFileAndField) {
   refused("few.ply", ply("property float x\nproperty float y\nproperty float z\n", "0 0 0\n", 1), {"E", "missing"});
   refused("none.ply", ply(all, "", 0), {"no points"});
   refused("cut.ply", ply(all, "0 0 0 500 1e5 0.3\n", 2), {});
+  refused("long.ply", ply(all, "0 0 0 500 1e5 0.3\n1 0 0 500 1e5 0.3\n", 1),
+          {"element vertex", "1 rows", "more follow"});
+  write_material_field(folder / "field.ply", some_field());
+  std::string longer = read_text(folder / "field.ply");
+  longer.replace(longer.find("vertex 3000"), 11, "vertex 2000");
+  refused("longer.ply", longer, {"element vertex", "2000 rows", "more follow"});
   refused("zero.ply", ply(all, "0 0 0 500 0 0.3\n", 1), {"E", "row 0"});
   refused("half.ply", ply(all, "0 0 0 500 1e5 0.3\n0 0 0 500 1e5 0.5\n", 2), {"nu", "row 1"});
   refused("light.ply", ply(all, "0 0 0 -1 1e5 0.3\n", 1), {"density", "row 0"});

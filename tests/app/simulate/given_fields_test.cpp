@@ -33,6 +33,49 @@ TEST(GivenFields, AUniformMaterialIsThatOfAnyParticlesAndOthersNeedPositions) {
   EXPECT_EQ(given().young, (std::vector<float>{2e5, 3e5, 3e5}));
 }
 
+TEST(GivenFields, SamplesThatLieElsewhereAreRefused) {
+  const TemporaryFolder folder;
+  const std::vector<Vec3f> samples = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(2, 1, 0)};
+  const auto given = [&](float scale, float shift) {
+    MaterialFile material{
+        {2e5f, 3e5f, 4e5f, 5e5f}, std::vector<float>(4, 0.3f), std::vector<float>(4, 400), "made", {}, {}};
+    for (const Vec3f& x : {Vec3f(0.1f, 0, 0), Vec3f(0.9f, 0.1f, 0), Vec3f(1.5f, 0.5f, 0), Vec3f(1.9f, 0.9f, 0)})
+      material.position.push_back(scale * x + Vec3f(0, 0, shift));
+    material.volume.assign(4, 1);
+    write_material(folder / "material.h5", material, "{}");
+    return given_material(folder / "material.h5", samples).young;
+  };
+  EXPECT_EQ(given(1, 0), (std::vector<float>{2e5f, 3e5f, 5e5f}));
+  for (const auto& [scale, shift] : {std::pair{1000.0f, 0.0f}, {0.001f, 0.0f}, {1.0f, 50.0f}})
+    expect_error(Failure::kInput, {"material.h5", "/solid/position", "fill a box", "units"},
+                 [&] { given(scale, shift); });
+  ParticleFile particles;
+  particles.driving_position = samples;
+  VelocityFile start;
+  for (int i = 0; i < 4; ++i) start.position.push_back(Vec3f(static_cast<float>(i), 0, 50));
+  start.displacement.assign(4, Vec3f::Zero());
+  start.velocity.assign(4, Vec3f::Zero());
+  start.F.assign(4, Mat3f::Identity());
+  start.C.assign(4, Mat3f::Zero());
+  write_velocity(folder / "velocity.h5", start, "{}");
+  expect_error(Failure::kInput, {"velocity.h5", "/driving/position"},
+               [&] { given_start(folder / "velocity.h5", particles, {}); });
+}
+
+TEST(GivenFields, ValuesOfOtherUnitsAreDoubted) {
+  EXPECT_EQ(unit_doubt(ElasticSamples::homogeneous(3, 2e3, 0.3, 20)), "");
+  const std::string giga = unit_doubt(ElasticSamples::homogeneous(3, 2e-5, 0.3, 700)),
+                    grams = unit_doubt(ElasticSamples::homogeneous(3, 2e4, 0.3, 0.7)),
+                    both = unit_doubt(ElasticSamples::homogeneous(3, 0.02, 0.3, 0.7));
+  EXPECT_NE(giga.find("GPa"), std::string::npos) << giga;
+  EXPECT_EQ(giga.find("density"), std::string::npos) << giga;
+  EXPECT_NE(grams.find("g/cm^3"), std::string::npos) << grams;
+  EXPECT_EQ(grams.find("E of"), std::string::npos) << grams;
+  for (const char* word : {"MPa", "g/cm^3"}) EXPECT_NE(both.find(word), std::string::npos) << both;
+  // The median counts: a few soft samples are no doubt.
+  EXPECT_EQ(unit_doubt({{0.1f, 2e4f, 3e4f}, {0.3f, 0.3f, 0.3f}, {1, 500, 500}}), "");
+}
+
 TEST(GivenFields, AStartOfOtherParticlesDiesAwayToTheShapeAtRest) {
   constexpr float kUnit = 0.5f;  // m
   const Particles fine = fixture::block<float>({0.03, 0.03, 0.12}, 0.01, 1.0, 3e4),

@@ -3,6 +3,7 @@
 #include "fitting/observe/reference_video.h"
 
 #include <cmath>
+#include <cstdlib>
 
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
@@ -95,7 +96,7 @@ TEST(ReferenceVideo, TrimmingStartsAtAWholeFrameAndEndsInTime) {
 
 TEST(ReferenceVideo, AFolderIsReadInTheOrderOfItsNumbers) {
   const TemporaryFolder folder;
-  for (const int f : {0, 1, 2, 9, 10, 11})
+  for (const int f : {7, 8, 9, 10, 11, 12})
     write_image(folder / ("frame_" + std::to_string(f) + ".png"), ImageF(40, 30, 3, 0.02f * f));
   VideoOptions options;
   options.declared_fps = 12;
@@ -106,6 +107,63 @@ TEST(ReferenceVideo, AFolderIsReadInTheOrderOfItsNumbers) {
   options.declared_fps = 0;
   expect_error(Failure::kInput, {folder.path().string(), "fps", "no frame rate"},
                [&] { load_reference_video(options, folder.path(), video_camera_of(40, 30)); });
+}
+
+TEST(ReferenceVideo, MissingNumbersOfAFolderLeaveTheOthersInTheirPlace) {
+  const TemporaryFolder folder;
+  for (const int f : {1, 2, 3, 4, 7, 8, 9, 10})
+    write_image(folder / ("f_" + std::to_string(f) + ".png"), ImageF(40, 30, 3, grey_at((f - 1) / 12.0)));
+  VideoOptions options;
+  options.declared_fps = 12;
+  const ReferenceVideo video = load_reference_video(options, folder.path(), video_camera_of(40, 30));
+  ASSERT_EQ(video.frames.size(), 10u);
+  for (int f = 0; f < 10; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at(f / 12.0), 0.006) << f;
+  EXPECT_EQ(video.blended, 2);
+  ASSERT_EQ(video.warnings.size(), 2u);
+  EXPECT_NE(video.warnings[0].find("5 to 6"), std::string::npos) << video.warnings[0];
+  // Masks of its frames have their instants, whatever they are called.
+  std::filesystem::create_directory(folder / "masks");
+  for (int f = 0; f < 8; ++f)
+    write_image(folder / ("masks/" + std::to_string(f) + ".png"), ImageF(40, 30, 3, 0.1f * f));
+  options.instants = video.instants;
+  options.resampling = Resampling::kNearest;
+  const ReferenceVideo masks = load_reference_video(options, folder / "masks", video_camera_of(40, 30));
+  ASSERT_EQ(masks.frames.size(), 10u);
+  EXPECT_TRUE(masks.warnings.empty());
+  EXPECT_NEAR(mean(masks.frames[9]), 0.7, 0.006);
+  EXPECT_NEAR(mean(masks.frames[6]), 0.4, 0.006);
+}
+
+TEST(ReferenceVideo, OnlyAMissingFrameIsABlend) {
+  const TemporaryFolder folder;
+  const std::string from = video_of(folder, 72, 24).string(), to = (folder / "dropped.mp4").string();
+  ASSERT_EQ(std::system(("ffmpeg -v error -i " + from + " -vf \"select=not(eq(n\\,40))\" -vsync vfr " + to).c_str()),
+            0);
+  const ReferenceVideo video = load_reference_video({}, to, video_camera_of(64, 48));
+  EXPECT_DOUBLE_EQ(video.fps, 24);
+  ASSERT_EQ(video.frames.size(), 72u);
+  EXPECT_EQ(video.blended, 1);
+  for (int f = 0; f < 72; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at(f / 24.0), 0.008) << f;
+  ASSERT_EQ(video.warnings.size(), 2u);
+  EXPECT_NE(video.warnings[1].find("1 of 72 frames are blends of two, since the video has no frame"), std::string::npos)
+      << video.warnings[1];
+}
+
+TEST(ReferenceVideo, RoundedTimeStampsMakeNoBlends) {
+  const TemporaryFolder folder;
+  struct Case {
+    double fps;
+    const char* file;
+  };
+  for (const Case& c : {Case{120, "clip.mkv"}, Case{24, "clip.gif"}}) {
+    const std::string from = video_of(folder, 72, c.fps).string(), to = (folder / c.file).string();
+    ASSERT_EQ(std::system(("ffmpeg -v error -i " + from + " " + to).c_str()), 0);
+    const ReferenceVideo video = load_reference_video({}, to, video_camera_of(64, 48));
+    EXPECT_NEAR(video.fps, c.fps, 0.01 * c.fps);
+    EXPECT_EQ(video.frames.size(), 72u) << c.file;
+    EXPECT_EQ(video.blended, 0) << c.file;
+    EXPECT_TRUE(video.warnings.empty()) << c.file << ": " << video.warnings[0];
+  }
 }
 
 TEST(ReferenceVideo, FramesAreScaledToTheCameraWhosePixelsKeepTheirPlace) {
