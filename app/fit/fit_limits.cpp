@@ -10,8 +10,48 @@
 namespace pliant {
 
 namespace {
-constexpr double kNotable = 0.1;  // share of the losses
-constexpr double kPoor = 0.7;     // of the RMSE if nothing moved, from which on a fit explains less than half
+constexpr double kNotable = 0.1;   // share of the losses
+constexpr double kPoor = 0.7;      // of the RMSE if nothing moved, from which on a fit explains less than half
+constexpr double kWorse = 1.05;    // times the RMSE before a refinement, from which on it made the fit worse
+constexpr double kDecibel = 1.26;  // times the squared error of a static picture: a decibel
+
+const char* const kCheck = "check the pins, the object mask and the camera.";
+
+/// The motion that was found leaves most of the video's unexplained; else empty.
+std::string poor_fit(const FitEvidence& e) {
+  if (!(e.rms_still > 0) || e.rms <= kPoor * e.rms_still) return "";
+  return fmt::format(
+      "The fitted motion explains {} of the video: track RMSE {:.2f} px, against {:.2f} px for a static object. Do not "
+      "rely on E, damping or their errors; {}",
+      e.rms < e.rms_still ? "little" : "nothing", e.rms, e.rms_still, kCheck);
+}
+
+double squared_error(double psnr) { return std::pow(10.0, -0.1 * psnr); }
+
+/// The first frame held looks more like the video than the fitted motion does; else empty.
+std::string poor_pictures(const MotionScores& scores) {
+  const double at_rest = squared_error(scores.rest);
+  const std::pair<const char*, const MotionScores::Span*> spans[] = {
+      {"fitted", &scores.fitted}, {"further", &scores.searched}, {"held-out", &scores.later}};
+  for (const auto& [name, span] : spans) {
+    if (span->frames == 0) continue;
+    // By motion, beyond how far the scene at rest differs from the first frame.
+    const bool by_motion = squared_error(span->psnr) - at_rest > kDecibel * squared_error(span->still);
+    if (!by_motion && !(span == &scores.fitted && span->psnr < span->still)) continue;
+    const std::string worse = fmt::format(
+        "The fitted motion draws the {} frames worse than the first frame held still: PSNR {:.1f} dB against "
+        "{:.1f} dB. ",
+        name, span->psnr, span->still);
+    return by_motion ? worse + "Do not rely on E or damping; " + kCheck
+                     : worse + fmt::format(
+                                   "The scene at rest differs from the first frame about as much ({:.1f} dB), "
+                                   "so pictures do not tell how good the fit is: check the camera, and that "
+                                   "the video shows the scene in its own colors.",
+                                   scores.rest);
+  }
+  return "";
+}
+
 }  // namespace
 
 FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
@@ -61,17 +101,42 @@ FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion) {
   return out;
 }
 
-std::string poor_fit(const FitEvidence& e) {
-  if (!(e.rms_still > 0) || e.rms <= kPoor * e.rms_still) return "";
-  return fmt::format(
-      "The fitted motion explains {} of the video: track RMSE {:.2f} px, against {:.2f} px for a static object. Do not "
-      "rely on E, damping or their errors; check the pins, the object mask and the camera.",
-      e.rms < e.rms_still ? "little" : "nothing", e.rms, e.rms_still);
+std::vector<std::string> doubts_of(const FitEvidence& e) {
+  std::vector<std::string> out;
+  if (e.displaced > 0)
+    out.push_back(fmt::format(
+        "The first frame shows the object up to {:.1f} px away from rest, so its motion was measured from "
+        "the rendered scene: E and damping are less exact than their errors say, and wrong if the camera or "
+        "the scene is. Start with a frame that shows it at rest (--video-first).",
+        e.displaced));
+  if (e.pushed_away)
+    out.push_back(
+        "The object moves away from rest up to the last frame: it is pushed to the end, and nothing swings freely. Do "
+        "not rely on E or damping; use a video that shows it swing after its release.");
+  else if (e.start_late)
+    out.push_back(fmt::format(
+        "The object may still be pushed: its free motion is taken to begin at {:.2f} s, halfway through the "
+        "frames, the latest time that is considered. Give the time of its release (--start), or use a "
+        "longer video.",
+        e.start));
+  if (e.search_end != 0)
+    out.push_back(fmt::format(
+        "E is from the {} end of the search, where {} values would explain the motion at least as well: the "
+        "video does not determine it. Check that the first frame shows the object at rest, the time of "
+        "its release (--start) and the frame rate, or begin from another --young.",
+        e.search_end < 0 ? "low" : "high", e.search_end < 0 ? "smaller" : "larger"));
+  for (const std::string& poor : {poor_fit(e), poor_pictures(e.scores)})
+    if (!poor.empty()) out.push_back(poor);
+  if (e.refined >= 0 && e.rms > kWorse * e.rival_rms[e.refined])
+    out.push_back(
+        fmt::format("The refinement ended with a larger track RMSE than it began with: {:.2f} px, against {:.2f} px at "
+                    "E = {:.3g} Pa.",
+                    e.rms, e.rival_rms[e.refined], e.young * e.rival_factor[e.refined]));
+  return out;
 }
 
 std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBlindness& blindness, double fps) {
-  std::vector<std::string> out;
-  if (const std::string poor = poor_fit(e); !poor.empty()) out.push_back(poor);
+  std::vector<std::string> out = doubts_of(e);
   out.push_back(fmt::format("Motion determines E / density, not E alone: E is valid for the given density, and {}.",
                             e.poisson_fitted
                                 ? "Poisson's ratio, which affects motion little, may be far from the fitted value"
@@ -116,9 +181,10 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
         "were not considered.");
   for (size_t k = 0; k < e.rival_factor.size(); ++k) {
     const double ratio = e.rival_factor[k];
-    if (std::abs(std::log10(ratio)) > 0.05 && e.rival_rms[k] < 1.3 * e.rms)
-      out.push_back(fmt::format("E = {:.3g} Pa explains the video almost as well (RMSE {:.2f} px against {:.2f} px).",
-                                e.young * ratio, e.rival_rms[k], e.rms));
+    if (static_cast<int>(k) != e.refined && std::abs(std::log10(ratio)) > 0.05 && e.rival_rms[k] < 1.3 * e.rms)
+      out.push_back(fmt::format("E = {:.3g} Pa explains the video {} (RMSE {:.2f} px against {:.2f} px).",
+                                e.young * ratio, e.rival_rms[k] < e.rms ? "better" : "almost as well", e.rival_rms[k],
+                                e.rms));
   }
   if (e.strongest_hz > 0.25 * fps)
     out.push_back(fmt::format(

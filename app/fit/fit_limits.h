@@ -18,6 +18,7 @@ struct FitEvidence {
   double periods = 0;                                          ///< of the strongest mode
   double strongest_hz = 0;                                     ///< 0 = not known
   std::vector<double> rival_factor, rival_rms;  ///< other minima that were refined: E against the result's, rms
+  int refined = -1;                             ///< which of these the result was refined from; -1 = not known
   double rms = 0;                               ///< of the result, in the same unit
   double rms_still = 0;                         ///< if nothing moved; 0 = not known
   bool searched = true;                         ///< E was, and damping was fitted
@@ -27,6 +28,12 @@ struct FitEvidence {
   bool by_gradients = false;    ///< the errors are worked out about what gradients found
   bool errors_known = true;     ///< of E from place to place
   double undecided_volume = 0;  ///< share whose E the prior decides, not the video
+  double displaced = 0;         ///< px, of the object in the first frame from its place at rest; 0 = at rest
+  double start = 0;             ///< s of the video, from which on the motion is free
+  bool start_late = false;      ///< that is the latest time considered
+  bool pushed_away = false;     ///< and the object moves away to the last frame
+  int search_end = 0;           ///< -1, 1: E comes from the low or high end of the search
+  MotionScores scores;          ///< of the pictures; without frames = not known
 };
 
 /// Shares of a fitted motion that the video says little of.
@@ -38,10 +45,11 @@ struct FitBlindness {
 };
 FitBlindness find_blindness(const FitScene& fit, const FittedMotion& motion);
 
-/// Why the result is not to be relied on: the motion that was found leaves most of the video's unexplained; else empty.
-std::string poor_fit(const FitEvidence& evidence);
+/// Why the result is not to be relied on, in sentences with what to do: the video does not begin at rest, the object is
+/// still pushed, E is at the end of the search, or motion or pictures are explained poorly.
+std::vector<std::string> doubts_of(const FitEvidence& evidence);
 
-/// Plain sentences on what the video does not determine.
+/// Plain sentences on what the video does not determine, doubts first.
 std::vector<std::string> undetermined_by_video(const FitEvidence& evidence, const FitBlindness& blindness, double fps);
 
 }  // namespace pliant

@@ -113,7 +113,15 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
     out.rival_factor.push_back(std::pow(10.0, fit.homogeneous.candidate_factor[k] - fit.homogeneous.log10_factor));
     out.rival_rms.push_back(fit.homogeneous.candidate_rms[k] * found.rms / std::max(fit.homogeneous.rms, 1e-12));
   }
-  out.searched = !fit.homogeneous.search.log10_factor.empty();
+  const std::vector<double>& after = fit.homogeneous.candidate_rms;
+  if (!after.empty()) out.refined = static_cast<int>(std::ranges::min_element(after) - after.begin());
+  const ModalSearch& search = fit.homogeneous.search;
+  for (const FitView* view : scene.views()) out.displaced = std::max(out.displaced, view->displaced);
+  out.start = scene.video.start + search.first_frame / scene.video.fps;
+  out.start_late = search.late;
+  out.pushed_away = search.away;
+  out.search_end = search.end;
+  out.searched = !search.log10_factor.empty();
   out.one_stiffness = options.kind == MaterialKind::kUniform;
   out.poisson_fitted = options.poisson;
   out.errors_known = !fit.sigma.empty();

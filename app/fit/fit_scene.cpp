@@ -23,10 +23,11 @@ namespace {
 constexpr double kLeastForeground = 0.5;  // of what can move: less says that a mask is of something else
 
 /// A video that no motion of the object can explain is refused; what is doubtful is said.
-void check(const Context& context, const FitView& view, const std::string& file) {
+void check(const Context& context, FitView& view, const std::string& file) {
   const VideoChecks checks = check_video({}, view.video, view.still, view.mask);
   require_usable(checks, file);
   for (const VideoFinding& finding : checks.findings) context.progress.warn(finding.sentence);
+  if (checks.find(VideoProblem::kNotAtRest)) view.displaced = checks.displaced;
 }
 
 /// Gaussians of the object that follow a driver and are not held.
@@ -205,7 +206,14 @@ PointTracks follow_points(const Context& context, const FitScene& fit) {
   for (const FitView* view : fit.views()) {
     ReferenceVideo seen = view->video;
     seen.frames.resize(fit.used);
+    // Where the first frame does not show the object at rest, the rendered scene does.
+    const bool displaced = view->displaced > 0;
+    if (displaced) seen.frames.insert(seen.frames.begin(), view->still);
     PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
+    if (displaced) {
+      followed.pixel.erase(followed.pixel.begin());
+      followed.weight.erase(followed.weight.begin());
+    }
     context.progress.say(fmt::format("fit: {} points tracked through {} frames of camera '{}', mean weight {:.2f}",
                                      view->pixel.size(), fit.used, view->video.camera.name, followed.kept));
     if (followed.kept < 0.05)

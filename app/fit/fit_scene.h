@@ -20,6 +20,7 @@ struct FitView {
   ImageU8 mask;                        ///< [H, W, 1] not 0 where most of a pixel can
   std::vector<Vec3f> points;           ///< [K, 3] scene units, of visible surface that can move
   std::vector<Eigen::Vector2d> pixel;  ///< [K] where they are seen at rest
+  double displaced = 0;                ///< px, of the object in the first frame from rest where that counts, else 0
 };
 
 /// The object that a fit is about, and the videos of it; the first is this view itself.
@@ -44,7 +45,8 @@ FitScene load_still_scene(const FitInputs& in, const Camera& camera);
 
 constexpr double kTrackOutlier = 3;  ///< px of a track's error beyond which it counts less and less
 
-/// The points of all views followed through the frames that may be used.  Throws Error{kInput} when too few can be
+/// The points of all views followed through the frames that may be used, from the first on or, where that shows the
+/// object displaced, from the scene at rest.  Throws Error{kInput} when too few can be
 /// followed.
 PointTracks follow_points(const Context& context, const FitScene& fit);
 

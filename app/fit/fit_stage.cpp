@@ -73,8 +73,9 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                      found.last_frame, {});
   const FittedMotion motion = replay(fit, found, fitted, options.vibration.simulate);
   const MotionScores scores = compare_motion(fit, motion, found.last_frame, run / "fit");
-  const FitEvidence evidence = evidence_of(fit, found_material, options, young);
-  if (const std::string poor = poor_fit(evidence); !poor.empty()) context.progress.warn("fit: " + poor);
+  FitEvidence evidence = evidence_of(fit, found_material, options, young);
+  evidence.scores = scores;
+  for (const std::string& doubt : doubts_of(evidence)) context.progress.warn("fit: " + doubt);
   write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
   context.progress.say(fmt::format(
       "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB in the moving "

@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int32_t kFormat = 2;  // raised when a fit takes other steps, or keeps other things of them
+constexpr int32_t kFormat = 3;  // raised when a fit takes other steps, or keeps other things of them
 
 /// Every array of doubles of a fit, but the modes' shapes.
 template <class Fit, class Visit>
@@ -48,6 +48,9 @@ void visit_scalars(Fit& fit, Visit&& visit) {
   visit(fit.summary.rms);
   visit(fit.search.first_frame);
   visit(fit.search.periods);
+  visit(fit.search.late);
+  visit(fit.search.away);
+  visit(fit.search.end);
 }
 
 template <class State, class Visit>

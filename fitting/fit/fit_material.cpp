@@ -91,7 +91,7 @@ void add_field(const MaterialFitOptions& options, VibrationFitOptions vibration,
   vibration.factor_sigma = kCommon;
   vibration.field_limit = parts ? options.decades * kDecade : kMostSigmas;
   vibration.search.low = -0.3;
-  vibration.search.high = 0.3;
+  vibration.search.high = vibration.search.farthest = 0.3;
   vibration.search.first = fit.homogeneous.first_frame / fps;
   vibration.known_modes = fit.homogeneous.modes.stiffer(std::pow(10.0, fit.homogeneous.log10_factor));
   const Particles base = fit.particles;
@@ -225,6 +225,11 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
     add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
   if (is_network(options.kind) || options.poisson || options.clip.beyond_tracks())
     refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);
+  // What the search does not bound, a field about it does not either.
+  if (fit.homogeneous.search.end != 0) {
+    fit.found.log10_sigma = std::max(fit.found.log10_sigma, fit.homogeneous.log10_sigma);
+    for (double& sigma : fit.sigma) sigma = std::max(sigma, fit.homogeneous.log10_sigma);
+  }
   fit.losses = dissipation_of(motion_of(fit.found, vibration, fit.particles, interactions, fps));
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());
   return fit;

@@ -27,6 +27,7 @@ constexpr int kOfRound = 250,
 constexpr double kFirstSpread = 0.3;  // of a field in the first round, share of what is expected: of many that explain
                                       // the motion, one near the smallest
 constexpr int kLastSteps = 15;        // with the last Jacobian
+constexpr double kOpen = 1;           // decades, least error of an E from the end of the search
 constexpr double kSame =
     0.05;  // ln of the factor by which E may grow in the last steps before roll-outs take smaller time steps
 
@@ -224,6 +225,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
         std::exp(result.parameters[0]));
     if (after < least) {
       least = after;
+      fit.search.end = fit.search.end_of(minimum);
       best = std::move(fitter);
       parameters = result.parameters;
     }
@@ -267,6 +269,10 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     fit.damping_time_low = fit.damping_time / spread;
     fit.damping_time_high = fit.damping_time * spread;
     set_young_sigma(fit, options, particles.size(), result.covariance);
+  }
+  if (fit.search.end != 0 && !options.field) {
+    fit.log10_sigma = std::max(fit.log10_sigma, kOpen);
+    for (double& sigma : fit.young_sigma) sigma = std::max(sigma, kOpen);
   }
   fit.seconds = since();
   say("%d roll-outs, %d steps; stopped by: %s", fit.summary.evaluations, static_cast<int>(fit.summary.loss.size()) - 1,

@@ -67,7 +67,7 @@ struct VibrationFitState {
 using VibrationFitSink = std::function<void(const VibrationFitState&)>;
 
 /// Vibration modes; the search over log E; then Gauss-Newton on roll-outs of log E (and of the field's parameters),
-/// damping and the start: amplitudes of the strongest modes, or, when the motion begins with frame 0, which shows the
+/// damping and the start: amplitudes of the strongest modes, or, when the motion begins with frame 0 and that shows the
 /// shape at rest, a smooth velocity.  A field is refined over the first few frames, then over twice as many, up to all.
 /// `progress` gets a line for every stage.  What `state` holds of an earlier call of the same options and inputs is not
 /// done again.

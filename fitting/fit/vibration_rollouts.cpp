@@ -11,7 +11,17 @@
 namespace pliant {
 namespace {
 
+constexpr double kAtRest = 0.1;       // of the farthest that the points get from rest: this near, they are at rest
 constexpr double kStartSpread = 0.1;  // of a start at rest about the vibration's, share of its largest velocity
+
+/// Whether the points are where they are at rest in frame 0, against how far they get.
+bool begins_at_rest(const TrackLoss<float>& tracks, const Particles& particles) {
+  const std::vector<SimulationState> rest = {initial_state(particles)};
+  const int frames = static_cast<int>(tracks.tracks().place.size());
+  double most = 0;
+  for (int f = 0; f < frames; ++f) most = std::max(most, tracks.on_rollout(f, f, 0, 1).rms(rest));
+  return !(tracks.on_rollout(0, 0, 0, 1).rms(rest) > kAtRest * most);  // so it is where nothing was followed
+}
 
 }  // namespace
 
@@ -29,7 +39,7 @@ VibrationRollouts::VibrationRollouts(const VibrationFitOptions& options, const P
                                      double fps, const VibrationModes& modes, const ModalSearch& search,
                                      const ModalMotion& motion)
     : particles_(particles), interactions_(interactions), tracks_(tracks), first_(search.first_frame) {
-  at_rest_ = first_ == 0;
+  at_rest_ = first_ == 0 && begins_at_rest(tracks, particles);
   const int n = at_rest_ ? 1 : options.search.starts;
   time_ = at_rest_ ? 0 : time_near_rest(motion, first_ / fps, 1 / (fps * n));
   lead_ = static_cast<int>(std::lround((first_ / fps - time_) * fps * n));
@@ -111,7 +121,7 @@ std::vector<double> VibrationRollouts::errors_of(std::span<const double> p, doub
     if (state.frame < lead_ || (state.frame - lead_) % subframes_ != 0) return true;
     const int f = first_ + (state.frame - lead_) / subframes_;
     if (f <= last_) tracks_.append_errors(f, state, noise, errors);
-    if (f == 0) std::fill(errors.begin(), errors.end(), 0.0);  // the points were taken from that frame
+    if (f == 0 && at_rest_) std::fill(errors.begin(), errors.end(), 0.0);  // the points were taken from that frame
     return true;
   });
   return errors;

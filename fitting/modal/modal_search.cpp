@@ -11,7 +11,9 @@
 namespace pliant {
 namespace {
 
-constexpr double kFall = 0.95;  // less than this share of what was unexplained one frame before: still pushed
+constexpr double kFall = 0.95;    // less than this share of what was unexplained one frame before: still pushed
+constexpr double kNothing = 0.9;  // unexplained from which on a search has found nothing
+constexpr double kGrowth = 1;     // decades, by which the range grows at a time
 
 /// Normal equations of one frame, by the modes.
 struct Frame {
@@ -57,7 +59,12 @@ std::vector<Frame> compress(const VibrationModes& modes, const Particles& partic
 class Searcher {
  public:
   Searcher(const ModalSearchOptions& options, const VibrationModes& modes, std::vector<Frame> frames, double fps)
-      : options_(options), modes_(modes), frames_(std::move(frames)), fps_(fps) {}
+      : options_(options),
+        modes_(modes),
+        frames_(std::move(frames)),
+        fps_(fps),
+        low_(options.low),
+        high_(options.high) {}
 
   /// Best amplitudes of one candidate for the frames from `first` on.
   ModalMotion solve(double log10_factor, double damping_rate, int first) const {
@@ -125,18 +132,29 @@ class Searcher {
   }
 
   std::vector<ModalMotion> curve(int first, double step) const {
-    const int count = static_cast<int>(std::lround((options_.high - options_.low) / step)) + 1;
+    const int count = static_cast<int>(std::lround((high_ - low_) / step)) + 1;
     std::vector<ModalMotion> motions(count);
     parallel_for(
-        count, [&](std::ptrdiff_t i) { motions[i] = best_damping(options_.low + i * step, first); }, 1);
+        count, [&](std::ptrdiff_t i) { motions[i] = best_damping(low_ + i * step, first); }, 1);
     return motions;
   }
+
+  /// More of the range at its low (-1) or high (1) end; false where it does not grow any more.
+  bool grow(int end) {
+    double& limit = end < 0 ? low_ : high_;
+    const double grown = std::clamp(limit + end * kGrowth, -options_.farthest, options_.farthest);
+    if (end == 0 || !(std::abs(grown - limit) > 0.5 * options_.step) || (grown > limit) != (end > 0)) return false;
+    limit = grown;
+    return true;
+  }
+
+  int last_start() const { return static_cast<int>(frames_.size()) / 2; }
 
   /// The first frame after which a free vibration explains nearly as much as it ever does.  The end of a push, when
   /// little of it is left to come, nearly passes for free motion: while later starts still explain more, the push goes
   /// on.
   int first_free_frame() const {
-    const int last = static_cast<int>(frames_.size()) / 2;
+    const int last = last_start();
     std::vector<double> unexplained;
     for (int first = 0; first <= last; ++first) {
       double best = 1;
@@ -162,8 +180,43 @@ class Searcher {
   const ModalSearchOptions& options_;
   const VibrationModes& modes_;
   std::vector<Frame> frames_;
-  double fps_;
+  double fps_, low_, high_;
 };
+
+/// Curve and minima, from `first` or where that is negative from the frame that is found on.
+ModalSearch search_range(const Searcher& searcher, const ModalSearchOptions& options, int first) {
+  ModalSearch result;
+  result.first_frame = first >= 0 ? first : searcher.first_free_frame();
+  result.late = first < 0 && result.first_frame == searcher.last_start();
+  const std::vector<ModalMotion> curve = searcher.curve(result.first_frame, options.step);
+  for (size_t i = 0; i < curve.size(); ++i) {
+    result.log10_factor.push_back(curve[i].log10_factor);
+    result.unexplained.push_back(curve[i].unexplained);
+    const double here = curve[i].unexplained;
+    const bool low =
+        (i == 0 || here <= curve[i - 1].unexplained) && (i + 1 == curve.size() || here < curve[i + 1].unexplained);
+    if (low && here < 1) result.minima.push_back(curve[i]);
+  }
+  std::stable_sort(result.minima.begin(), result.minima.end(),
+                   [](const ModalMotion& a, const ModalMotion& b) { return a.unexplained < b.unexplained; });
+  if (static_cast<int>(result.minima.size()) > options.most_minima) result.minima.resize(options.most_minima);
+  return result;
+}
+
+/// The frame in which the tracks are farthest from rest, root mean square.
+size_t farthest_frame(const std::vector<Frame>& frames, const PointTracks& tracks) {
+  size_t farthest = 0;
+  double most = 0;
+  for (size_t f = 0; f < frames.size(); ++f) {
+    double weight = 0;
+    for (const double w : tracks.weight[f]) weight += w;
+    if (weight > 0 && frames[f].square / weight > most) {
+      most = frames[f].square / weight;
+      farthest = f;
+    }
+  }
+  return farthest;
+}
 
 size_t strongest_mode(const ModalMotion& motion) {
   size_t best = 0;
@@ -185,6 +238,10 @@ double ModalMotion::velocity(size_t k, double t) const {
          ((sine[k] * omega[k] - rate[k] * cosine[k]) * c - (cosine[k] * omega[k] + rate[k] * sine[k]) * d);
 }
 
+int ModalSearch::end_of(const ModalMotion& minimum) const {
+  return minimum.log10_factor == log10_factor.front() ? -1 : minimum.log10_factor == log10_factor.back() ? 1 : 0;
+}
+
 ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes& modes, const Particles& particles,
                          const TrackLoss<float>& tracks, double fps) {
   CHECK(modes.size() > 0 && tracks.tracks().place.size() > 1);
@@ -198,25 +255,23 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
     throw input_error("reference", "motion", "is missing: no point of the object moves",
                       "give a reference in which the object moves");
   const int count = static_cast<int>(frames.size());
-  const Searcher searcher(options, modes, std::move(frames), fps);
-  ModalSearch result;
-  result.first_frame = options.first >= 0 ? std::clamp(static_cast<int>(std::lround(options.first * fps)), 0, count - 2)
-                                          : searcher.first_free_frame();
-  const std::vector<ModalMotion> curve = searcher.curve(result.first_frame, options.step);
-  for (size_t i = 0; i < curve.size(); ++i) {
-    result.log10_factor.push_back(curve[i].log10_factor);
-    result.unexplained.push_back(curve[i].unexplained);
-    const double here = curve[i].unexplained;
-    const bool low =
-        (i == 0 || here <= curve[i - 1].unexplained) && (i + 1 == curve.size() || here < curve[i + 1].unexplained);
-    if (low && here < 1) result.minima.push_back(curve[i]);
-  }
+  const bool away = farthest_frame(frames, tracks.tracks()) == frames.size() - 1;
+  Searcher searcher(options, modes, std::move(frames), fps);
+  const int told =
+      options.first >= 0 ? std::clamp(static_cast<int>(std::lround(options.first * fps)), 0, count - 2) : -1;
+  // Vibrations too fast for the frame rate explain nothing: softer ones may.
+  const auto side = [](const ModalSearch& found) {
+    return found.minima.empty() || found.minima[0].unexplained > kNothing ? -1 : found.end_of(found.minima[0]);
+  };
+  const ModalSearch given = search_range(searcher, options, told);
+  ModalSearch result = given;
+  while (searcher.grow(side(result))) result = search_range(searcher, options, told);
+  if (side(result) != 0) result = given;
   if (result.minima.empty())
     throw input_error("reference", "motion", "is not explained by vibrations at any stiffness",
                       "check camera and frame rate, and that the object is pinned");
-  std::stable_sort(result.minima.begin(), result.minima.end(),
-                   [](const ModalMotion& a, const ModalMotion& b) { return a.unexplained < b.unexplained; });
-  if (static_cast<int>(result.minima.size()) > options.most_minima) result.minima.resize(options.most_minima);
+  result.end = result.end_of(result.minima[0]);
+  result.away = result.late && away;
   const ModalMotion& best = result.minima[0];
   result.periods = (count - 1 - result.first_frame) / fps * best.omega[strongest_mode(best)] / (2 * std::numbers::pi);
   return result;

@@ -7,6 +7,7 @@ namespace pliant {
 
 struct ModalSearchOptions {
   double low = -2, high = 2;  ///< decades of E about the modes' own
+  double farthest = 5;        ///< decades either way, to which the range grows while the best is at its end
   double step = 0.02;         ///< decades; narrow basins of many periods want .05 or less
   std::vector<double> damping_rates = {0.02, 0.1, 0.2, 0.4, 0.7, 1, 1.5, 2, 3, 5, 8};  ///< 1/s
   double ridge = 3e-4;  ///< prior of the amplitudes: modes of higher frequency and modes that no track sees stay small
@@ -32,12 +33,19 @@ struct ModalSearch {
   std::vector<ModalMotion> minima;                ///< local minima of the curve, best first; at least one
   int first_frame = 0;                            ///< of the tracks, from which on the motion is free
   double periods = 0;                             ///< of the strongest mode, in the frames compared
+  bool late = false;                              ///< first_frame is the last one considered: a push may last longer
+  bool away = false;  ///< and the tracks are farthest from rest in the last frame: it may never end
+  int end = 0;        ///< of the best minimum, or of the one that a fit refined: see end_of
+
+  /// -1, 1 where a minimum lies at the low or high end of the curve, beyond which E may be anything; else 0.
+  int end_of(const ModalMotion& minimum) const;
 };
 
 /// One-dimensional search over log E.  All E times a factor makes every vibration faster by its root and changes
 /// nothing else, so the modes found once answer for all candidates; for each, amplitudes and phases that explain the
-/// tracks follow from linear least squares.  Frame 0 of the tracks shows the body at rest.  Tracks are of small
-/// or moderate displacements; what is found is where roll-outs are to begin.  Throws Error{kInput} when nothing moves.
+/// tracks follow from linear least squares.  The range grows while the best is at its end; where that leads nowhere,
+/// the given range holds.  Tracks are of small or moderate displacements; what is found is where roll-outs are to
+/// begin.  Throws Error{kInput} when nothing moves.
 ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes& modes, const Particles& particles,
                          const TrackLoss<float>& tracks, double fps);
 

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "fitting/observe/object_flow.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/quantile.h"
@@ -15,8 +16,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kMargin = 0.06;         // of the width, around the object at rest: what it may move over
-constexpr double kTextured = 8.0 / 255;  // contrast from which flow is taken to be right
+constexpr double kMargin = 0.06;  // of the width, around the object at rest: what it may move over
 constexpr double kRateTolerance = 0.01;
 constexpr double kMoving = 0.2;  // of the usual change from frame to frame: below it the object rests
 constexpr double kSame = 0.1;    // of the change before and after: a frame shown again
@@ -70,6 +70,7 @@ class Checker {
     check_rate();
     check_jumps();
     check_motion();
+    check_rest();
     std::stable_sort(checks_.findings.begin(), checks_.findings.end(),
                      [](const auto& a, const auto& b) { return a.refuse > b.refuse; });
     return std::move(checks_);
@@ -194,8 +195,8 @@ class Checker {
       const double ratio = moved[leap] / std::max(moved[leap - 1], moved[leap + 1]);
       found(VideoProblem::kLeap, false, ratio, kLeap, leap,
             fmt::format("The object jumps at frame {} ({:.2f} s): the image changes {:.1f} times as much as before and "
-                        "after.  If frames are missing there, use the part before or after it (--video-first, "
-                        "--video-last).",
+                        "after.  If frames are missing there, use the part before it (--video-last), or the part after "
+                        "it (--video-first) if that begins with the object at rest.",
                         leap, seconds(leap), ratio));
     }
     const int period = checks_.rhythm.period, twice = checks_.rhythm.repeated;
@@ -229,29 +230,15 @@ class Checker {
     int drift_frame = 0, motion_frame = 0;
     size_t background = 0;
     for (size_t k = 0; k < flows.size(); ++k) {
-      const ImageF& flow = flows[k];
-      std::vector<float> still, still_u, still_v, object;
-      for (int y = 0; y < flow.height; ++y)
-        for (int x = 0; x < flow.width; ++x)
-          if (surroundings_(x, y) == 0 && contrast(x, y) > kTextured) {
-            still.push_back(std::hypot(flow(x, y, 0), flow(x, y, 1)));
-            still_u.push_back(flow(x, y, 0));
-            still_v.push_back(flow(x, y, 1));
-          }
-      background = still.size();
-      const float u = quantile(still_u, 0.5), v = quantile(still_v, 0.5);
-      for (size_t i = 0; i < still.size(); ++i) still_u[i] = std::hypot(still_u[i] - u, still_v[i] - v);
-      for (int y = 0; y < flow.height; ++y)
-        for (int x = 0; x < flow.width; ++x)
-          if (object_(x, y) != 0 && contrast(x, y) > kTextured)
-            object.push_back(std::hypot(flow(x, y, 0) - u, flow(x, y, 1) - v));
-      checks_.noise = std::max<double>(checks_.noise, quantile(still_u, 0.5));
-      if (const double drift = quantile(still, 0.5); drift > checks_.drift) {
-        checks_.drift = drift;
+      const ObjectFlow flow = object_flow(flows[k], contrast, object_, surroundings_);
+      background = flow.pixels;
+      checks_.noise = std::max(checks_.noise, flow.noise);
+      if (flow.background > checks_.drift) {
+        checks_.drift = flow.background;
         drift_frame = pairs[k].second;
       }
-      if (const double motion = quantile(object, 0.95); motion > checks_.motion) {
-        checks_.motion = motion;
+      if (flow.object > checks_.motion) {
+        checks_.motion = flow.object;
         motion_frame = pairs[k].second;
       }
     }
@@ -269,9 +256,28 @@ class Checker {
       found(VideoProblem::kStatic, true, checks_.motion, least, motion_frame,
             fmt::format(
                 "The object does not move: {:.2f} px at most, where {:.2f} px are above the noise.  A static object "
-                "reveals nothing about its material: film it swinging, or use the part of the video where it does.",
+                "reveals nothing about its material: film it swinging, or use a part of the video that begins with the "
+                "object at rest and shows it swing.",
                 checks_.motion, least));
     }
+  }
+
+  /// Where the object is in the first frame, against where it is at rest.
+  void check_rest() {
+    const std::vector<ImageF> both = {picture_, video_.frames[0]};
+    const std::vector<std::pair<int, int>> pair = {{0, 1}};
+    const ObjectFlow flow = object_flow(dense_flows(both, pair)[0], local_contrast(picture_), object_, surroundings_);
+    checks_.displaced = flow.object;
+    const double limit = std::max(
+        {options_.noted_shift * picture_.width, kNoiseFactor * flow.noise, options_.most_displaced * checks_.motion});
+    if (!(checks_.displaced > limit)) return;
+    found(VideoProblem::kNotAtRest, false, checks_.displaced, limit, 0,
+          fmt::format("The object is not at rest in the first frame: parts of it are {:.1f} px from where the scene at "
+                      "rest shows them from camera '{}', and its motion in the video is {:.1f} px.  Motion is measured "
+                      "from the rendered scene instead, which is less exact.  Start with a frame that shows the object "
+                      "at rest (--video-first), and give the time of its release with --start; if it is at rest, check "
+                      "the camera and that the video shows this scene.",
+                      checks_.displaced, video_.camera.name, checks_.motion));
   }
 
   const VideoCheckOptions& options_;

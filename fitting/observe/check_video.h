@@ -17,6 +17,7 @@ enum class VideoProblem {
   kLeap,         ///< the object does, before a background that stands still
   kCameraMoves,  ///< the background drifts
   kStatic,       ///< the object does not move
+  kNotAtRest,    ///< the first frame shows the object away from its place in the scene
   kRate,         ///< the scene file tells another frame rate than the file
   kLight,        ///< brightness of the background changes
   kRepeated,     ///< frames are shown more than once
@@ -37,6 +38,7 @@ struct VideoCheckOptions {
   double most_shift = 0.01, noted_shift = 0.005;       ///< of the width, between first frame and scene: refused, said
   double most_drift = 0.005, noted_drift = 0.0015;     ///< of the width, of the background: refused, said
   double least_motion = 0.5;                           ///< px, of the object
+  double most_displaced = 0.25;                        ///< of its motion, in the first frame from its place at rest
   double least_continuity = 0.5, least_change = 0.03;  ///< score and colour difference between frames that make a cut
   double noted_light = 0.1;                            ///< relative change of the background's mean colour
   double noted_repeats = 0.15;                         ///< share of frames
@@ -45,14 +47,15 @@ struct VideoCheckOptions {
 };
 
 struct VideoChecks {
-  PictureMatch match;                  ///< of the first frame with the scene
-  double drift = 0;                    ///< px, median over the background, in the worst frame
-  double motion = 0;                   ///< px, 95th percentile over the object, in the frame that is farthest
-  double noise = 0;                    ///< px, of the flow where nothing moves
-  double continuity = 1;               ///< lowest score of the background between neighbouring frames
-  double light = 0;                    ///< largest relative change of the background's mean colour
-  double repeated = 0;                 ///< share of frames
-  FrameRhythm rhythm;                  ///< of frames that are repeated or missing
+  PictureMatch match;     ///< of the first frame with the scene
+  double drift = 0;       ///< px, median over the background, in the worst frame
+  double motion = 0;      ///< px, 95th percentile over the object, in the frame that is farthest
+  double noise = 0;       ///< px, of the flow where nothing moves
+  double displaced = 0;   ///< px, 95th percentile over the object, in the first frame from the scene at rest
+  double continuity = 1;  ///< lowest score of the background between neighbouring frames
+  double light = 0;       ///< largest relative change of the background's mean colour
+  double repeated = 0;    ///< share of frames
+  FrameRhythm rhythm;     ///< of frames that are repeated or missing
   std::vector<VideoFinding> findings;  ///< those that refuse first
 
   bool usable() const { return findings.empty() || !findings.front().refuse; }

@@ -15,6 +15,13 @@ bool says(const FitEvidence& evidence, const std::string& words, double fps = 24
   return false;
 }
 
+MotionScores scores(double rest, double fitted, double still) {
+  MotionScores out;
+  out.rest = rest;
+  out.fitted = {1, 9, fitted, still, 9};
+  return out;
+}
+
 TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   FitEvidence sure;
   sure.young = 1e5;
@@ -53,6 +60,35 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
       {"explains little of the video", [](FitEvidence& e) { e.rms_still = 0.6; }},
       {"explains nothing of the video", [](FitEvidence& e) { e.rms_still = 0.5; }},
       {"30 frames per second", [](FitEvidence& e) { e.stated_fps = 30; }},
+      {"E = 4e+05 Pa explains the video better (RMSE 0.40 px against 0.50 px)",
+       [](FitEvidence& e) {
+         e.rival_factor = {4};
+         e.rival_rms = {0.4};
+       }},
+      {"ended with a larger track RMSE than it began with: 0.50 px, against 0.40 px at E = 4e+05 Pa",
+       [](FitEvidence& e) {
+         e.rival_factor = {4};
+         e.rival_rms = {0.4};
+         e.refined = 0;
+       }},
+      {"up to 22.0 px away from rest", [](FitEvidence& e) { e.displaced = 22; }},
+      {"taken to begin at 0.25 s",
+       [](FitEvidence& e) {
+         e.start = 0.25;
+         e.start_late = true;
+       }},
+      {"nothing swings freely", [](FitEvidence& e) { e.start_late = e.pushed_away = true; }},
+      {"from the low end of the search, where smaller values", [](FitEvidence& e) { e.search_end = -1; }},
+      {"from the high end of the search, where larger values", [](FitEvidence& e) { e.search_end = 1; }},
+      {"draws the fitted frames worse than the first frame held still: PSNR 19.0 dB against 22.0 dB. Do not rely",
+       [](FitEvidence& e) { e.scores = scores(35, 19, 22); }},
+      {"about as much (21.2 dB), so pictures do not tell",  // a grey video of a scene in colors
+       [](FitEvidence& e) { e.scores = scores(21.2, 20.4, 21.7); }},
+      {"draws the held-out frames worse",
+       [](FitEvidence& e) {
+         e.scores = scores(35, 25, 20);
+         e.scores.later = {10, 19, 19.6, 23.4, 10};
+       }},
   };
   for (const Weak& weak : all) {
     FitEvidence evidence = sure;
@@ -65,6 +101,25 @@ TEST(FitLimits, EachWeakPointIsSaidAndOnlyThen) {
   rival.rival_factor = {4};
   rival.rival_rms = {0.9};
   EXPECT_FALSE(says(rival, "almost as well"));
+}
+
+TEST(FitLimits, PicturesThatOnlyDifferAsTheSceneAtRestDoesRaiseNoDoubt) {
+  FitEvidence evidence;
+  evidence.scores = scores(38.7, 26.6, 20);
+  evidence.scores.later = {10, 19, 38, 45, 10};  // it has come to rest
+  EXPECT_TRUE(doubts_of(evidence).empty());
+}
+
+TEST(FitLimits, WhereARefinementBeganIsNoRivalOfIt) {
+  FitEvidence evidence;
+  evidence.young = 1e5;
+  evidence.rms = 0.5;
+  evidence.rival_factor = {1.5, 4};
+  evidence.rival_rms = {0.49, 0.55};
+  evidence.refined = 0;
+  EXPECT_FALSE(says(evidence, "E = 1.5e+05 Pa"));
+  EXPECT_FALSE(says(evidence, "ended with a larger"));
+  EXPECT_TRUE(says(evidence, "E = 4e+05 Pa explains the video almost as well"));
 }
 
 TEST(FitOutcome, AFieldThatWasLeftIsWrittenAsTheConstantItIs) {

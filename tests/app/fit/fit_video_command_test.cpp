@@ -129,6 +129,37 @@ TEST_F(FitVideo, AllTimesAreThoseOfTheFile) {
   refused(0, 20, 20, "--start");
 }
 
+TEST_F(FitVideo, APartThatBeginsAwayFromRestIsTrackedFromTheSceneAtRest) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  FitStage stage;
+  const auto loaded = [&] { return load_fit_scene(context, run, inputs_of(run, load_run_scene(run), stage)); };
+  const FitScene whole = loaded();
+  EXPECT_EQ(whole.displaced, 0);
+  const PointTracks all = follow_points(context, whole);
+  // Between two frames, of the points that both follow.
+  const auto apart = [&](const PointTracks& a, size_t i, const PointTracks& b, size_t j) {
+    double sum = 0, weight = 0;
+    for (size_t k = 0; k < whole.pixel.size(); ++k) {
+      const double w = a.weight[i][k] * b.weight[j][k];
+      sum += w * (a.place[i][k] - b.place[j][k]).norm();
+      weight += w;
+    }
+    return sum / weight;
+  };
+  size_t farthest = 0;
+  for (size_t f = 0; f + 10 < all.place.size(); ++f)
+    if (apart(all, f, all, 0) > apart(all, farthest, all, 0)) farthest = f;
+  stage.first = static_cast<double>(farthest) / fps;
+  const FitScene part = loaded();
+  EXPECT_GT(part.displaced, 0);
+  ASSERT_EQ(part.pixel.size(), whole.pixel.size());
+  const PointTracks later = follow_points(context, part);
+  EXPECT_EQ(static_cast<int>(later.place.size()), part.used);
+  EXPECT_LT(apart(later, 0, all, farthest), 0.2 * apart(all, farthest, all, 0));
+}
+
 TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
   Progress progress(true);
   const Context context{progress, [] { return false; }};

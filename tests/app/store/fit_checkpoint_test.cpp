@@ -24,6 +24,8 @@ FitCheckpoint made() {
   fit.substeps = 33;
   fit.search.log10_factor = {-1, 0, 1};
   fit.search.unexplained = {0.5, 0.1, 0.7};
+  fit.search.late = true;
+  fit.search.end = -1;
   fit.summary.loss = {4, 2};
   fit.summary.converged = true;
   fit.summary.stopped_by = "small change";
@@ -95,6 +97,8 @@ TEST(FitCheckpoint, ComesBackBitForBit) {
   EXPECT_EQ(b.homogeneous->modes.shape, a.homogeneous->modes.shape);
   EXPECT_EQ(b.homogeneous->modes.gradient, a.homogeneous->modes.gradient);
   EXPECT_EQ(b.homogeneous->search.unexplained, a.homogeneous->search.unexplained);
+  EXPECT_TRUE(b.homogeneous->search.late && !b.homogeneous->search.away);
+  EXPECT_EQ(b.homogeneous->search.end, -1);
   EXPECT_TRUE(b.homogeneous->summary.converged);
   EXPECT_EQ(b.homogeneous->summary.stopped_by, "small change");
   EXPECT_EQ(b.homogeneous->summary.loss, a.homogeneous->summary.loss);

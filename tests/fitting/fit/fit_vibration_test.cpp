@@ -30,6 +30,25 @@ TEST(FitVibration, FindsStiffnessAndDampingOfATwinFromAStartThirtyTimesWrong) {
   }
 }
 
+TEST(FitVibration, FindsStiffnessFromTracksThatBeginAwayFromRest) {
+  const TwinStem twin;
+  PointTracks seen = twin.pushed(true, 0.02, 40).tracks();
+  constexpr int kReleased = 7;
+  seen.place.erase(seen.place.begin(), seen.place.begin() + kReleased);
+  seen.weight.erase(seen.weight.begin(), seen.weight.begin() + kReleased);
+  Particles guess = twin.particles;
+  for (float& E : guess.young) E *= 4;
+  VibrationFitOptions options;
+  options.modes.most = 4;
+  options.candidates = 1;
+  options.search.first = 0;
+  const VibrationFit fit =
+      fit_vibration(options, guess, twin.pins, TrackLoss<float>(seen, twin.drivers, 1, 2), twin.fps);
+  EXPECT_EQ(fit.first_frame, 0);
+  EXPECT_NEAR(fit.log10_factor + std::log10(4), 0, 0.02);
+  EXPECT_LT(fit.rms, 0.1 * fit.rms_rest);
+}
+
 TEST(FitVibration, TheErrorOfAStillBodyIsThatOfTheFramesCompared) {
   const TwinStem twin;
   constexpr int kFrames = 60;
@@ -47,6 +66,23 @@ TEST(FitVibration, TheErrorOfAStillBodyIsThatOfTheFramesCompared) {
   };
   EXPECT_NEAR(fit.rms_rest / still_until(fit.last_frame), 1, 1e-6);
   EXPECT_GT(fit.rms_rest, 1.1 * still_until(kFrames)) << "later frames, in which the motion dies away, do not count";
+}
+
+TEST(FitVibration, AStiffnessFromTheEndOfTheSearchIsOpenByADecadeAtLeast) {
+  const TwinStem twin;
+  const TrackLoss<float> tracks = twin.pushed(true, 0.02, 20);
+  Particles guess = twin.particles;
+  for (float& E : guess.young) E *= 1e-3f;
+  VibrationFitOptions options;
+  options.modes.most = 3;
+  options.candidates = 1;
+  options.refine.max_iterations = 1;
+  options.most_periods = 1;
+  options.search.farthest = 2;
+  const VibrationFit fit = fit_vibration(options, guess, twin.pins, tracks, twin.fps);
+  EXPECT_EQ(fit.search.end, 1);
+  EXPECT_GE(fit.log10_sigma, 1);
+  for (const double sigma : fit.young_sigma) EXPECT_GE(sigma, 1);
 }
 
 TEST(FitVibration, IsEqualBitForBitForAnyNumberOfThreads) {

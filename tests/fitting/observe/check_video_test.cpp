@@ -89,6 +89,23 @@ TEST_F(CheckVideo, AStillObjectIsRefusedAlsoUnderNoise) {
   }
 }
 
+TEST_F(CheckVideo, AFirstFrameThatDoesNotShowTheObjectAtRestIsSaidWhateverItsLight) {
+  made.frames = 20;
+  const ReferenceVideo whole = made.video();
+  for (const float gain : {1.0f, 0.7f}) {
+    ReferenceVideo video = whole;
+    for (ImageF& frame : video.frames)
+      for (float& value : frame.data) value *= gain;
+    const VideoChecks from_rest = check(video);
+    EXPECT_EQ(from_rest.find(VideoProblem::kNotAtRest), nullptr);
+    EXPECT_LT(from_rest.displaced, 0.5);
+    video.frames.erase(video.frames.begin(), video.frames.begin() + 5);  // begins where it turns back
+    const VideoChecks later = check(video);
+    expect_finding(later, VideoProblem::kNotAtRest, false, "not at rest in the first frame");
+    EXPECT_NEAR(later.displaced, 8.2 + 0.15 * 26, 3);
+  }
+}
+
 TEST_F(CheckVideo, AMovingCameraIsRefusedSlowOrFast) {
   made.wall_shift = 0.25;
   const VideoChecks slow = check(made.video());
