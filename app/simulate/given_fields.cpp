@@ -10,6 +10,7 @@
 #include "app/store/velocity.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
+#include "gaussians/base/quantile.h"
 #include "physics/simulate/simulator.h"
 
 namespace fs = std::filesystem;
@@ -35,12 +36,6 @@ std::vector<int> rows_for(const fs::path& file, const std::string& field, size_t
                       "it was made for other particles: make it again, or add positions");
   check_place(file, fs::path(field).replace_filename("position").string(), places, points);
   return k_nearest(places, points, 1);
-}
-
-float median_of(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Makes of a state what the nodes of the grid can represent.  Where a displacement and an F do not belong together, a
@@ -87,7 +82,7 @@ ElasticSamples given_material(const fs::path& file, const std::vector<Vec3f>& po
 std::string unit_doubt(const ElasticSamples& solid) {
   constexpr float kSoftest = 1, kSoftestInGiga = 1e-3f, kLightest = 5;
   CHECK(!solid.young.empty() && !solid.density.empty());
-  const float young = median_of(solid.young), density = median_of(solid.density);
+  const float young = quantile(solid.young, 0.5), density = quantile(solid.density, 0.5);
   std::string doubt;
   if (young < kSoftest)
     doubt =

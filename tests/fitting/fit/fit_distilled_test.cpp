@@ -64,6 +64,18 @@ cp frames.f32 gradient.f32; echo "{\"step\": $step, \"loss\": 2}"; step=$((step 
     options.stages = 2;
     return options;
   }
+  /// Of a fit that is stopped after two iterations.
+  GradientFitState stopped(const DistilledFitOptions& options) {
+    GradientFitState kept;
+    EXPECT_THROW(fit_distilled(options, motion, drawn, 24, {}, {},
+                               [&](const GradientFitState& state) {
+                                 kept = state;
+                                 return state.rows.size() < 2;
+                               }),
+                 Error);
+    EXPECT_EQ(kept.rows.size(), 2u);
+    return kept;
+  }
   void relax() {
     std::vector<RelaxingBranch> branch;
     for (size_t i = 0; i < motion.particles.size(); ++i)
@@ -124,29 +136,15 @@ TEST_F(FitDistilled, ANetworkVariesWithinItsRangeAndGoesOnFromWhereItWasStopped)
     seen.insert(factor);
   }
   EXPECT_GT(seen.size(), motion.particles.size() / 10);
-  GradientFitState kept;
-  EXPECT_THROW(fit_distilled(options, motion, drawn, 24, {}, {},
-                             [&](const GradientFitState& state) {
-                               kept = state;
-                               return state.rows.size() < 2;
-                             }),
-               Error);
-  EXPECT_EQ(fit_distilled(options, motion, drawn, 24, kept).motion.particles.young, whole.motion.particles.young);
+  EXPECT_EQ(fit_distilled(options, motion, drawn, 24, stopped(options)).motion.particles.young,
+            whole.motion.particles.young);
 }
 
 TEST_F(FitDistilled, StoppedAndContinuedItGivesTheBitsOfTheWhole) {
   relax();
   const DistilledFitOptions options = few(DistilledFitOptions::physics3d());
   const ClipFit whole = fit_distilled(options, motion, drawn, 24, {});
-  GradientFitState kept;
-  EXPECT_THROW(fit_distilled(options, motion, drawn, 24, {}, {},
-                             [&](const GradientFitState& state) {
-                               kept = state;
-                               return state.rows.size() < 2;
-                             }),
-               Error);
-  ASSERT_EQ(kept.rows.size(), 2u);
-  const ClipFit rest = fit_distilled(options, motion, drawn, 24, kept);
+  const ClipFit rest = fit_distilled(options, motion, drawn, 24, stopped(options));
   EXPECT_EQ(rest.motion.particles.young, whole.motion.particles.young);
   for (size_t i = 0; i < motion.particles.size(); ++i)
     EXPECT_EQ(rest.motion.particles.material(i).branch_viscosity, whole.motion.particles.material(i).branch_viscosity);
