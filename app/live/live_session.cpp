@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kMostWork = 1.5e6;      // particles times substeps of a frame, which a person waits for
+constexpr double kMostWork = 1.2e6;      // particles times substeps of a frame, which a person waits for
 constexpr double kMostSubsteps = 2000;   // of a frame, unless the body at rest needs as many
 constexpr double kRestReserve = 4;       // substeps over those at rest that a frame may take in any case ...
 constexpr double kStifferReserve = 1.5;  // ... and over those at rest with the stiffness of now

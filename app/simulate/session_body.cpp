@@ -9,7 +9,7 @@
 #include "app/simulate/given_fields.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
-#include "physics/laws/material.h"
+#include "physics/laws/law.h"
 #include "physics/simulate/settle.h"
 
 namespace pliant {
@@ -70,7 +70,7 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
   setup.material.law = parse_law(session["law"].get<std::string>());
   setup.material.viscosity_time = session.value("viscosity_time_s", 0.0);
   const Law law = setup.material.law;
-  if (law != Law::kFixedCorotated && law != Law::kNeoHookean && law != Law::kHencky) {
+  if (!is_elastic(law)) {
     setup.refused = "the law " + session["law"].get<std::string>() + " is not elastic";
     return setup;
   }

@@ -25,34 +25,45 @@ struct Hencky {
   /// Principal values 2 mu e_i + lambda sum e (times sigma_i e_i', which is 1 for the logarithm).
   Mat3<T> stress(const Mat3<T>& F) const {
     const Svd<T> s = svd(F);
-    const Vec3<T> tau = piola(strain(s.sigma)).cwiseProduct(s.sigma);
+    const Vec3<T> tau = principal(strain(s.sigma)).cwiseProduct(s.sigma);
     const Mat3<T> half = T(0.5) * (s.U * tau.asDiagonal() * s.U.transpose());
     return half + half.transpose();
   }
 
-  /// tau = P F^T with P = U diag(p) V^T, p = dPsi/dsigma.
+  /// tau = P F^T.
   LawGradient<T> stress_adjoint(const Mat3<T>& F, const Mat3<T>& adj_tau) const {
     const Svd<T> s = svd(F);
-    const Strain e = strain(s.sigma);
-    const Vec3<T> p = piola(e);
-    Mat3<T> slope = lambda * e.slope * e.slope.transpose();
-    for (int i = 0; i < 3; ++i) {
-      const T t = 2 * mu * e.value[i] + lambda * e.value.sum();
-      slope(i, i) += 2 * mu * e.slope[i] * e.slope[i] + t * e.curvature[i];
-    }
-    const Mat3<T> A = T(0.5) * (adj_tau + adj_tau.transpose()), adj_P = A * F;
-    const Vec3<T> by_p = (s.U.transpose() * adj_P * s.V).diagonal().cwiseProduct(e.slope);
-    LawGradient<T> g;
-    g.F = spectral_adjoint<T>(s, p, slope, adj_P) + A * (s.U * p.asDiagonal() * s.V.transpose());
-    g.mu = 2 * by_p.dot(e.value);
-    g.lambda = by_p.sum() * e.value.sum();
+    const Mat3<T> A = T(0.5) * (adj_tau + adj_tau.transpose());
+    LawGradient<T> g = piola_adjoint(s, A * F);
+    g.F += A * (s.U * principal(strain(s.sigma)).asDiagonal() * s.V.transpose());
     return g;
   }
+
+  /// P = dPsi/dF = U diag(p) V^T with p = dPsi/dsigma.
+  Mat3<T> piola(const Mat3<T>& F) const {
+    const Svd<T> s = svd(F);
+    return s.U * principal(strain(s.sigma)).asDiagonal() * s.V.transpose();
+  }
+  LawGradient<T> piola_adjoint(const Mat3<T>& F, const Mat3<T>& adj_P) const { return piola_adjoint(svd(F), adj_P); }
 
  private:
   struct Strain {
     Vec3<T> value, slope, curvature;
   };
+  LawGradient<T> piola_adjoint(const Svd<T>& s, const Mat3<T>& adj_P) const {
+    const Strain e = strain(s.sigma);
+    Mat3<T> slope = lambda * e.slope * e.slope.transpose();
+    for (int i = 0; i < 3; ++i) {
+      const T t = 2 * mu * e.value[i] + lambda * e.value.sum();
+      slope(i, i) += 2 * mu * e.slope[i] * e.slope[i] + t * e.curvature[i];
+    }
+    const Vec3<T> by_p = (s.U.transpose() * adj_P * s.V).diagonal().cwiseProduct(e.slope);
+    LawGradient<T> g;
+    g.F = spectral_adjoint<T>(s, principal(e), slope, adj_P);
+    g.mu = 2 * by_p.dot(e.value);
+    g.lambda = by_p.sum() * e.value.sum();
+    return g;
+  }
   static Strain strain(const Vec3<T>& sigma) {
     constexpr T kSmallest = T(kSmallestStretch);
     Strain e;
@@ -64,7 +75,7 @@ struct Hencky {
     }
     return e;
   }
-  Vec3<T> piola(const Strain& e) const {
+  Vec3<T> principal(const Strain& e) const {
     return ((2 * mu * e.value).array() + lambda * e.value.sum()).matrix().cwiseProduct(e.slope);
   }
 };

@@ -141,25 +141,26 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
   return g;
 }
 
-bool is_elastic(Law law) { return has_piola(law) || law == Law::kHencky; }
-
-bool has_piola(Law law) { return law == Law::kFixedCorotated || law == Law::kNeoHookean; }
+bool is_elastic(Law law) { return law == Law::kFixedCorotated || law == Law::kNeoHookean || law == Law::kHencky; }
 
 template <class T>
 Mat3<T> piola_stress(const LawPoint<T>& point, const Mat3<T>& F) {
-  CHECK(has_piola(point.material->law));
+  const Law law = point.material->law;
+  CHECK(is_elastic(law));
   const Mat3<T> bounded = Bounded<T>(F).F;
-  if (point.material->law == Law::kNeoHookean) return NeoHookean<T>{point.mu, point.lambda}.piola(bounded);
+  if (law == Law::kNeoHookean) return NeoHookean<T>{point.mu, point.lambda}.piola(bounded);
+  if (law == Law::kHencky) return Hencky<T>{point.mu, point.lambda}.piola(bounded);
   return FixedCorotated<T>{point.mu, point.lambda}.piola(bounded);
 }
 
 template <class T>
 LawGradient<T> piola_stress_adjoint(const LawPoint<T>& point, const Mat3<T>& F, const Mat3<T>& adj_P) {
-  CHECK(has_piola(point.material->law));
+  const Law law = point.material->law;
+  CHECK(is_elastic(law));
   const Bounded<T> bounded(F);
-  LawGradient<T> g = point.material->law == Law::kNeoHookean
-                         ? NeoHookean<T>{point.mu, point.lambda}.piola_adjoint(bounded.F, adj_P)
-                         : FixedCorotated<T>{point.mu, point.lambda}.piola_adjoint(bounded.F, adj_P);
+  LawGradient<T> g = law == Law::kNeoHookean ? NeoHookean<T>{point.mu, point.lambda}.piola_adjoint(bounded.F, adj_P)
+                     : law == Law::kHencky   ? Hencky<T>{point.mu, point.lambda}.piola_adjoint(bounded.F, adj_P)
+                                           : FixedCorotated<T>{point.mu, point.lambda}.piola_adjoint(bounded.F, adj_P);
   g.F *= bounded.scale;
   return g;
 }

@@ -56,11 +56,9 @@ template <class T>
 LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>& F, const LawMemory<T>& memory,
                                         const Mat3<T>& adj_tau);
 
-/// Whether stress follows from F alone: the law neither flows, yields nor relaxes.
+/// Whether stress follows from F alone: the law neither flows, yields nor relaxes, and has a reference configuration.
 bool is_elastic(Law law);
-/// Whether a law is elastic and has P = dPsi/dF for any F, so that it can be computed in the reference configuration.
-bool has_piola(Law law);
-/// First Piola-Kirchhoff stress P = dPsi/dF [Pa] of such a law.
+/// First Piola-Kirchhoff stress P = dPsi/dF [Pa] of an elastic law.
 template <class T>
 Mat3<T> piola_stress(const LawPoint<T>& point, const Mat3<T>& F);
 template <class T>

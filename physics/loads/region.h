@@ -28,7 +28,8 @@ struct Region {
   /// Unit gradient of the signed distance: the outward normal at the nearest point of the surface.
   Vec3d normal(const Vec3d& x) const;
   bool contains(const Vec3d& x) const { return signed_distance(x) <= 0; }
-  /// The region whose surface lies `distance` outside of this one's (inside where negative).
+  /// The region whose surface lies `distance` outside of this one's (inside where negative, by less than half of a
+  /// cylinder's height).
   Region grown(double distance) const;
   /// The same region in another unit of length.
   Region scaled(double factor) const;

@@ -9,6 +9,15 @@
 
 namespace pliant {
 
+/// What holds the nodes in it.
+struct Pin {
+  Region region;
+  double inset = 0;  ///< m by which it ends inside of the region's surface
+
+  Pin(const Region& region, double inset = 0) : region(region), inset(inset) {}
+  double signed_distance(const Vec3d& x) const { return region.signed_distance(x) + inset; }
+};
+
 /// What acts during one substep.
 template <class T>
 struct StepLoads {
@@ -17,7 +26,7 @@ struct StepLoads {
   T viscosity_time = 0;                   ///< s, Kelvin-Voigt
   T strain_rate_kept = 1, spin_kept = 1;  ///< part of the symmetric and of the other part of C that outlives the step
   std::vector<BodyLoad<T>> body;
-  std::vector<Region> pins;
+  std::vector<Pin> pins;
   std::vector<Collider> colliders;
   double object_friction = 0.5;  ///< Coulomb coefficient between bodies
   std::vector<int> source;       ///< the caller's numbers for colliders, pins and body loads, in that order; see

@@ -10,12 +10,21 @@
 namespace pliant {
 namespace {
 
-StressKind stress_kind(Law law) {
+StressKind stress_kind(Law law, bool lagrangian) {
   if (law == Law::kFixedCorotated) return StressKind::kFixedCorotated;
-  return law == Law::kNeoHookean ? StressKind::kNeoHookean : StressKind::kGiven;
+  if (law == Law::kNeoHookean) return StressKind::kNeoHookean;
+  return law == Law::kHencky && lagrangian ? StressKind::kHencky : StressKind::kGiven;
 }
 
 }  // namespace
+
+const Material& plain_material(StressKind kind) {
+  static const Material kFixedCorotated{.law = Law::kFixedCorotated}, kNeoHookean{.law = Law::kNeoHookean},
+      kHencky{.law = Law::kHencky};
+  CHECK(kind != StressKind::kGiven);
+  if (kind == StressKind::kHencky) return kHencky;
+  return kind == StressKind::kNeoHookean ? kNeoHookean : kFixedCorotated;
+}
 
 template <class T>
 Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, const MpmOptions& options)
@@ -44,18 +53,18 @@ Mpm<T>::Mpm(const BasicParticles<T>& particles, double dx, const Vec3d& origin, 
     r.shear_viscosity = viscous.shear;
     r.bulk_viscosity = viscous.bulk;
     r.damping_rate = material.damping_time > 0 ? static_cast<T>(2 / material.damping_time) : T(0);
-    const StressKind kind = stress_kind(material.law);
+    const StressKind kind = stress_kind(material.law, options.lagrangian);
     r.stress_kind = static_cast<T>(static_cast<int>(kind));
     r.side = kind == StressKind::kGiven ? given++ : -1;
     if (i == 0) uniform_ = kind;
     viscous_ |= r.shear_viscosity != 0 || r.bulk_viscosity != 0;
     plain &= kind == uniform_ && !viscous_ && (options.lagrangian || r.damping_rate == 0);
   }
-  if (!plain) uniform_ = StressKind::kGiven;
+  if (!plain || uniform_ == StressKind::kHencky) uniform_ = StressKind::kGiven;
   data_.side.resize(given);
   data_.given_stress.resize(6 * static_cast<size_t>(given));
   CHECK_MSG(!options.lagrangian || (given == 0 && !(options.flip_time > 0) && !sleeping()),
-            "only laws with a first Piola-Kirchhoff stress have a reference configuration");
+            "only elastic laws have a reference configuration");
 }
 
 template <class T>

@@ -204,7 +204,9 @@ class Mpm<T>::Snapshot {
   int64_t moves_since_reorder_;
 };
 
-/// First Piola-Kirchhoff stress P [9] of a law with nothing but Lame parameters, for any F [9].
+/// A law with nothing but Lame parameters; not of kGiven.
+const Material& plain_material(StressKind kind);
+/// First Piola-Kirchhoff stress P [9] of such a law, for any F [9].
 template <class T>
 void exact_piola(StressKind kind, const T* F, T mu, T lambda, T* P);
 

@@ -13,10 +13,8 @@ namespace pliant {
 
 template <class T>
 void exact_piola(StressKind kind, const T* F, T mu, T lambda, T* P) {
-  static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};
   using RowMajor = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
-  Eigen::Map<RowMajor>{P} =
-      piola_stress<T>({&kMaterial[static_cast<int>(kind)], mu, lambda}, Eigen::Map<const RowMajor>(F));
+  Eigen::Map<RowMajor>{P} = piola_stress<T>({&plain_material(kind), mu, lambda}, Eigen::Map<const RowMajor>(F));
 }
 template void exact_piola(StressKind, const float*, float, float, float*);
 template void exact_piola(StressKind, const double*, double, double, double*);

@@ -10,8 +10,8 @@ struct MpmOptions {
   double flip_time = 0;
   /// Stencils stay those of the rest positions (Total Lagrangian MPM, de Vaucorbeil, Nguyen and Hutchinson 2020): what
   /// is connected at rest stays connected however far it is stretched, and what is apart does not stick when it meets.
-  /// The motion is that of the nodes, which get their velocity from the particles at the start only.  For laws that
-  /// has_piola, without flip_time and sleep.
+  /// The motion is that of the nodes, which get their velocity from the particles at the start only.  For elastic
+  /// laws, without flip_time and sleep.
   bool lagrangian = false;
   /// Share of 2 mu with which such runs resist what the particles do not see of the nodes' displacement: the energy
   /// sum V (share mu / dx^2) w |u_i - u - (F - I) (X_i - X)|^2, which is zero for affine motion and unchanged by

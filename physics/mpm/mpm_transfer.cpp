@@ -12,8 +12,7 @@ constexpr int kSide = BlockGrid::kSide;
 /// The stress of a law with nothing but Lame parameters, for any F.
 template <class T>
 void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
-  static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};
-  const LawPoint<T> point{&kMaterial[static_cast<int>(kind)], mu, lambda};
+  const LawPoint<T> point{&plain_material(kind), mu, lambda};
   const Mat3<T> stress =
       kirchhoff_stress<T>(point, Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(F), LawMemory<T>{});
   tau[0] = stress(0, 0);

@@ -70,7 +70,7 @@ void for_touched_nodes(const StepLoads<T>& loads, const NodeBlock<T>& block, con
 }
 
 template <class T, class Visit>
-void for_pinned_nodes(const NodeBlock<T>& block, const Region& pin, Visit&& visit) {
+void for_pinned_nodes(const NodeBlock<T>& block, const Pin& pin, Visit&& visit) {
   const double reach = kPinReach * block.dx, half = kReachOfBlock * block.dx;
   const double distance = pin.signed_distance(middle(block));
   if (distance - half > reach) return;
@@ -120,8 +120,7 @@ void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block,
 
 template <class T>
 void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>& block, Node<T>* adj) {
-  for (const Region& pin : loads.pins)
-    for_pinned_nodes(block, pin, [&](int k) { set_velocity(adj[k], Vec3d::Zero()); });
+  for (const Pin& pin : loads.pins) for_pinned_nodes(block, pin, [&](int k) { set_velocity(adj[k], Vec3d::Zero()); });
   // The velocities that each collider met, then backwards through them.
   std::vector<std::array<Node<T>, BlockGrid::kNodes>> met(loads.colliders.size());
   std::array<Node<T>, BlockGrid::kNodes> now;

@@ -22,6 +22,11 @@ void add(StepLoads<T>& loads, uint32_t bit, const Vec3d& acceleration, double dr
   loads.body.push_back({bit, acceleration.cast<T>(), static_cast<T>(drag)});
 }
 
+/// The pin that ends `inset` inside of a region.  A cylinder shorter than twice that has no such region of its kind.
+Pin sprung_pin(const Region& region, double inset) {
+  return region.kind == Region::Kind::kCylinder ? Pin(region, inset) : Pin(region.grown(-inset));
+}
+
 /// A grab or finger without a duration ends with its path, unless that is a single point.
 double end_of(const Interaction& it) {
   const bool follows = it.type == InteractionType::kGrab || it.type == InteractionType::kPoke;
@@ -240,7 +245,8 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
       case InteractionType::kPin:
         if (!active) break;
         pin_source.push_back(static_cast<int>(k));
-        loads.pins.push_back(entry.sprung ? it.region.grown(-(kPinReach + kClampDepth) * cell_size_) : it.region);
+        loads.pins.push_back(entry.sprung ? sprung_pin(it.region, (kPinReach + kClampDepth) * cell_size_)
+                                          : Pin(it.region));
         if (!entry.sprung) break;
         loads.body.emplace_back();
         loads.body.back().bit = entry.bit;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gaussians/base/error.h"
 #include "physics/laws/material.h"
 #include "physics/simulate/grab_spring.h"
 
@@ -63,6 +64,8 @@ SettleSummary settle(Simulator<T>& simulator, const BasicParticles<T>& particles
   double last = 0, peak = 0;
   int quiet = 0;
   while (!summary.at_rest && summary.seconds < max_seconds) {
+    if (simulator.interrupted())
+      throw Error(Failure::kInterrupted, "simulate", "", "interrupted", "run the same command to continue");
     simulator.advance(state);
     summary.seconds += simulator.time_step(1);
     const double now = mean_square_speed(particles, state);

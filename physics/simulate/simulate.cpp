@@ -115,7 +115,7 @@ void note_stretch(const BasicParticles<T>& particles, const BasicSimulationState
   for (size_t i = 0; i < state.size(); ++i) {
     // No stretch is longer than all three together.
     const T bound = state.F[i].squaredNorm();
-    if (!has_piola(particles.material(i).law) || bound <= kFarStretch * kFarStretch ||
+    if (!is_elastic(particles.material(i).law) || bound <= kFarStretch * kFarStretch ||
         bound <= summary.max_stretch * summary.max_stretch)
       continue;
     Eigen::SelfAdjointEigenSolver<Mat3d> eigen;
@@ -265,6 +265,9 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
   }
   warn_of_misses(simulator.schedule(), seconds, summary);
   warn_of_stretch(summary);
+  if (summary.strays > 0)
+    summary.warnings.push_back("particles left the grid " + std::to_string(summary.strays) +
+                               " times, farther than 100,000 cells from the body, and were put back at its border");
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   result.summary = summary;
   return result;
@@ -273,7 +276,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
 template <class T>
 std::string why_not_lagrangian(const SimulateOptions& options, const BasicParticles<T>& particles) {
   for (const Material& material : particles.materials)
-    if (!has_piola(material.law)) return std::string("the law ") + law_name(material.law) + " has no reference shape";
+    if (!is_elastic(material.law)) return std::string("the law ") + law_name(material.law) + " has no reference shape";
   if (options.rest_shape == RestShapeMode::kSolve) return "the body starts with pre-stress";
   if (options.sleep_speed > 0) return "parts may sleep, whose nodes would move on";
   if (options.flip_time > 0) return "flip_time blends what such a grid keeps anyway";

@@ -52,6 +52,7 @@ struct SimulateOptions {
   double flip_time = 0;                    ///< s, 0 = APIC; see MpmOptions
   double sleep_speed = 0;                  ///< m/s, 0 = off; see MpmOptions
   GridKind grid = GridKind::kAutomatic;
+  std::function<bool()> interrupted = {};  ///< asked while a body settles before frame 0; true throws kInterrupted
 };
 
 struct SimulateSummary {
@@ -71,7 +72,7 @@ struct SimulateSummary {
   int rest_shape_iterations = 0;
   double thin_share = 0;  ///< of the particles, in parts thinner than 3 cells
   Box thin_bounds;        ///< m, of those
-  int64_t strays = 0;     ///< times a particle was put back into the domain
+  int64_t strays = 0;     ///< times a particle was put back at the border of the grid, which is far away
   int retries = 0;        ///< frames repeated with a smaller time step
   int64_t particle_substeps = 0;
   double seconds = 0;  ///< wall time of the solver

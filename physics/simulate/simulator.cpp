@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
-#include "gaussians/base/quantile.h"
 #include "physics/body/surface_elements.h"
 #include "physics/laws/material.h"
 #include "physics/simulate/weights.h"
@@ -24,18 +23,6 @@ Vec3d grid_origin(const BasicParticles<T>& particles, double dx) {
     high = high.cwiseMax(x.template cast<double>());
   }
   return dx * (0.5 / dx * (low + high)).array().round().matrix();
-}
-
-/// Median of each coordinate, which strays do not move.
-template <class T>
-Vec3d median(const std::vector<Vec3<T>>& points) {
-  Vec3d result;
-  std::vector<T> along(points.size());
-  for (int a = 0; a < 3; ++a) {
-    for (size_t i = 0; i < points.size(); ++i) along[i] = points[i][a];
-    result[a] = static_cast<double>(quantile(along, 0.5));
-  }
-  return result;
 }
 
 template <class T>
@@ -159,9 +146,8 @@ void Simulator<T>::advance(BasicSimulationState<T>& state) {
 
 template <class T>
 void Simulator<T>::begin_frame(const BasicSimulationState<T>& state) {
-  const Vec3d centre = median(state.x);
-  const Vec3d reach = Vec3d::Constant(1.5 * diagonal_ + 2 / options_.fps * fastest(state));
-  solver_.load(state, centre - reach, centre + reach);
+  const Vec3d anywhere = Vec3d::Constant(std::numeric_limits<double>::infinity());
+  solver_.load(state, -anywhere, anywhere);
   impulse_.assign(schedule_.size(), Vec3d::Zero());
 }
 

@@ -46,6 +46,7 @@ class Simulator {
   /// Takes substeps [first, last) of `substeps` of the frame that starts at `state`; false when unstable.
   bool run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape = nullptr);
   double time_step(int substeps) const { return 1 / options_.fps / substeps; }
+  bool interrupted() const { return options_.interrupted && options_.interrupted(); }
 
  private:
   double fastest(const BasicSimulationState<T>& state) const;

@@ -42,8 +42,9 @@ SceneFile::Region read_region(const JsonObject& object) {
     const std::vector<double> v = object.numbers("box", 6);
     region.low = Vec3d(v[0], v[1], v[2]).cast<float>();
     region.high = Vec3d(v[3], v[4], v[5]).cast<float>();
-    if (!(region.low.array() <= region.high.array()).all()) {
-      throw object.complaint("box", "has a low corner above its high corner", "give x0, y0, z0, x1, y1, z1");
+    if (!(region.low.array() < region.high.array()).all()) {
+      throw object.complaint("box", "has a low corner that is not below its high corner on every axis",
+                             "give x0, y0, z0, x1, y1, z1 of a box with a volume");
     }
   }
   return region;

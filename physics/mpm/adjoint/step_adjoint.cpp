@@ -77,6 +77,7 @@ void StepAdjoint<T>::load(const StateGradient<T>& gradient, const BasicSimulatio
   load_node_gradient(gradient, last);
   viscous_ = false;
   uniform_ = static_cast<StressKind>(static_cast<int>(solver_.record[0].stress_kind));
+  if (uniform_ == StressKind::kHencky) uniform_ = StressKind::kGiven;
   for (size_t s = 0; s < record_.size(); ++s) {
     AdjointRecord<T>& r = record_[s];
     const int i = r.index;

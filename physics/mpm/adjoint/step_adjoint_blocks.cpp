@@ -6,6 +6,7 @@
 #include "physics/mpm/adjoint/node_update_adjoint.h"
 #include "physics/mpm/adjoint/step_adjoint.h"
 #include "physics/mpm/bspline.h"
+#include "physics/mpm/mpm.h"
 #include "physics/mpm/node_sums.h"
 #include "physics/mpm/object_contact.h"
 
@@ -16,12 +17,6 @@ constexpr int kPatch = BlockGrid::kPatch, kSide = BlockGrid::kSide;
 
 template <class T>
 using RowMajor = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
-
-template <class T>
-LawPoint<T> plain_point(StressKind kind, T mu, T lambda) {
-  static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};
-  return {&kMaterial[static_cast<int>(kind)], mu, lambda};
-}
 
 template <class T>
 void six_of(const Mat3<T>& m, T* six) {
@@ -41,13 +36,15 @@ Mat3<T> symmetric(const T* six) {
 
 template <class T>
 void exact_stress(StressKind kind, const T* F, T mu, T lambda, T* tau) {
-  six_of<T>(kirchhoff_stress<T>(plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F), LawMemory<T>{}), tau);
+  six_of<T>(kirchhoff_stress<T>(LawPoint<T>{&plain_material(kind), mu, lambda}, Eigen::Map<const RowMajor<T>>(F),
+                                LawMemory<T>{}),
+            tau);
 }
 
 template <class T>
 void exact_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* S, T* by_F, T* by_lame) {
-  const LawGradient<T> g = kirchhoff_stress_adjoint<T>(plain_point(kind, mu, lambda), Eigen::Map<const RowMajor<T>>(F),
-                                                       LawMemory<T>{}, symmetric(S));
+  const LawGradient<T> g = kirchhoff_stress_adjoint<T>(LawPoint<T>{&plain_material(kind), mu, lambda},
+                                                       Eigen::Map<const RowMajor<T>>(F), LawMemory<T>{}, symmetric(S));
   Eigen::Map<RowMajor<T>>{by_F} = g.F;
   by_lame[0] = g.mu;
   by_lame[1] = g.lambda;

@@ -14,10 +14,9 @@ namespace {
 
 template <class T>
 void exact_piola_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* adj_P, T* by_F, T* by_lame) {
-  static const Material kMaterial[2] = {{.law = Law::kFixedCorotated}, {.law = Law::kNeoHookean}};
   using RowMajor = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
-  const LawGradient<T> g = piola_stress_adjoint<T>({&kMaterial[static_cast<int>(kind)], mu, lambda},
-                                                   Eigen::Map<const RowMajor>(F), Eigen::Map<const RowMajor>(adj_P));
+  const LawGradient<T> g = piola_stress_adjoint<T>({&plain_material(kind), mu, lambda}, Eigen::Map<const RowMajor>(F),
+                                                   Eigen::Map<const RowMajor>(adj_P));
   Eigen::Map<RowMajor>{by_F} = g.F;
   by_lame[0] = g.mu;
   by_lame[1] = g.lambda;

@@ -41,6 +41,8 @@ INLINE void total_piola_adjoint(const ElasticAdjointRun<T>& in, StressKind kind,
     by.mu = mine ? part.mu : by.mu;
     by.lambda = mine ? part.lambda : by.lambda;
   }
+  const auto exact = further[2] == all<Pack<T>>(static_cast<T>(static_cast<int>(StressKind::kHencky)));
+  repair_piola_adjoint<T>(lane_bits(exact), in, StressKind::kHencky, F, mu, lambda, A, by);
   if (!run.viscous) return;
   for (int k = 0; k < 9; ++k) out.by_rate[k] = Pack<T>{};
   const Pack<T> loads = all<Pack<T>>(run.viscosity_time);

@@ -128,6 +128,9 @@ INLINE void total_piola(const ElasticRun<T>& in, StressKind kind, const Pack<T>*
     pack_piola<T>(one, shaped, mu, lambda, in.exact_piola, part);
     for (int k = 0; k < 9; ++k) P[k] = mine ? part[k] : P[k];
   }
+  const auto exact = further[2] == all<Pack<T>>(static_cast<T>(static_cast<int>(StressKind::kHencky)));
+  if (const uint32_t lanes = lane_bits(exact); lanes != 0)
+    repair_piola<T>(lanes, StressKind::kHencky, F, mu, lambda, in.exact_piola, P);
   if (!in.viscous) return;
   // Kelvin-Voigt: the linear law applied to the strain rate L = dF F^-1, taken back by F^-T.
   Pack<T> inverse[9], L[9], tau[9], viscous[9];

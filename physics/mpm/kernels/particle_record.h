@@ -4,8 +4,8 @@
 
 namespace pliant {
 
-/// How a kernel comes to the stress of a particle.
-enum class StressKind { kFixedCorotated, kNeoHookean, kGiven };
+/// How a kernel comes to the stress of a particle; kHencky in Lagrangian runs alone, elsewhere it is given.
+enum class StressKind { kFixedCorotated, kNeoHookean, kGiven, kHencky };
 
 /// A particle in memory.  Kernels read four numbers of several particles at a time, so the numbers come in groups of
 /// four, named below by their first; those that the scatter reads come first.  Matrices are row-major.

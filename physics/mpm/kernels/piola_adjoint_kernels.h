@@ -58,12 +58,10 @@ INLINE uint32_t neo_hookean_piola_adjoint(const Pack<T>* F, Pack<T> mu, Pack<T> 
   return lane_bits(~(J > all<Pack<T>>(T(kLeastDeterminant))));
 }
 
-/// Of one law, exact where the fast way is not safe.
+/// Replaces the derivatives of the lanes `unsafe` by the exact ones.
 template <class T>
-INLINE void law_piola_adjoint(const ElasticAdjointRun<T>& run, StressKind law, const Pack<T>* F, Pack<T> mu,
-                              Pack<T> lambda, const Pack<T>* A, StressAdjointPack<T>& by) {
-  const uint32_t unsafe = law == StressKind::kNeoHookean ? neo_hookean_piola_adjoint<T>(F, mu, lambda, A, by)
-                                                         : fixed_corotated_piola_adjoint<T>(F, mu, lambda, A, by);
+INLINE void repair_piola_adjoint(uint32_t unsafe, const ElasticAdjointRun<T>& run, StressKind law, const Pack<T>* F,
+                                 Pack<T> mu, Pack<T> lambda, const Pack<T>* A, StressAdjointPack<T>& by) {
   for (uint32_t bits = unsafe; __builtin_expect(bits != 0, 0); bits &= bits - 1) {
     const int l = __builtin_ctz(bits);
     T one_F[9], one_A[9], by_F[9], by_lame[2];
@@ -74,6 +72,15 @@ INLINE void law_piola_adjoint(const ElasticAdjointRun<T>& run, StressKind law, c
     by.mu[l] = by_lame[0];
     by.lambda[l] = by_lame[1];
   }
+}
+
+/// Of one law, exact where the fast way is not safe.
+template <class T>
+INLINE void law_piola_adjoint(const ElasticAdjointRun<T>& run, StressKind law, const Pack<T>* F, Pack<T> mu,
+                              Pack<T> lambda, const Pack<T>* A, StressAdjointPack<T>& by) {
+  const uint32_t unsafe = law == StressKind::kNeoHookean ? neo_hookean_piola_adjoint<T>(F, mu, lambda, A, by)
+                                                         : fixed_corotated_piola_adjoint<T>(F, mu, lambda, A, by);
+  repair_piola_adjoint<T>(unsafe, run, law, F, mu, lambda, A, by);
 }
 
 /// What the viscous part of total_piola says: derivatives by dF are added to by_dF, by the two viscosities returned.

@@ -50,6 +50,52 @@ TEST_P(Stress, IsTheDerivativeOfTheEnergy) {
   EXPECT_GE(checked, 60);
 }
 
+TEST_P(Stress, OfAnElasticLawIsTheSameInTheReferenceConfiguration) {
+  if (!is_elastic(GetParam())) return;
+  for (const Mat3d& F : smooth_states()) {
+    const Mat3d P = piola_stress(point, F);
+    EXPECT_LE((P * F.transpose() - tau(F)).norm(), 1e-12 * std::max(tau(F).norm(), kMu));
+  }
+  for (const double flat : {-1.0, -0.02, 0.0, 0.005}) {  // P has no tau there
+    const Mat3d F = Vec3d(flat, 1.1, 1.2).asDiagonal();
+    Mat3d other = F;
+    other(0, 0) += 1e-5;
+    const double slope =
+        (energy_density<double>(point, other, memory) - energy_density<double>(point, F, memory)) / 1e-5;
+    EXPECT_NEAR(piola_stress(point, F)(0, 0), slope, 2e-2 * std::abs(slope)) << flat;
+  }
+}
+
+TEST_P(Stress, OfAnElasticLawHasTheDerivativesOfItsReferenceConfiguration) {
+  if (!is_elastic(GetParam())) return;
+  int checked = 0;
+  AdjointCheckOptions options;
+  options.step = 1e-3;
+  const auto at = [&](const std::vector<double>& x) {
+    return LawPoint<double>{&material, x[9] * kMu, x[10] * kLambda};
+  };
+  for (const Mat3d& F : smooth_states()) {
+    if (smooth_margin(GetParam(), F) < 0.02) continue;
+    std::vector<double> x(F.data(), F.data() + 9);
+    x.insert(x.end(), {1.0, 1.0});
+    const AdjointCheck check = check_adjoint(
+        [&](const std::vector<double>& u) {
+          const Mat3d P = piola_stress(at(u), map9(u)) / kMu;
+          return std::vector<double>(P.data(), P.data() + 9);
+        },
+        [&](const std::vector<double>& u, const std::vector<double>& adj) {
+          const LawGradient<double> g = piola_stress_adjoint<double>(at(u), map9(u), map9(adj) / kMu);
+          std::vector<double> by(g.F.data(), g.F.data() + 9);
+          by.insert(by.end(), {g.mu * kMu, g.lambda * kLambda});
+          return by;
+        },
+        x, options);
+    EXPECT_LE(check.worst, 1e-6) << check.message << "\nstretches " << svd(F).sigma.transpose();
+    ++checked;
+  }
+  EXPECT_GE(checked, 60);
+}
+
 TEST_P(Stress, TurnsWithTheBody) {
   for (uint64_t i = 0; const Mat3d& F : smooth_states()) {
     const Mat3d R = random_rotation(++i), P = piola(F);

@@ -51,6 +51,32 @@ TEST(Clamp, TheFrequencyOfACantileverDoesNotDependOnTheGrid) {
   EXPECT_NEAR(high / kFiniteElements, 1, 0.03);
 }
 
+// Thinner than the depth by which the nodes of a clamp lie inside of it, whatever its shape.
+TEST(Clamp, AThinCylinderHoldsWhatABoxOfItsHeightHolds) {
+  constexpr double dx = 0.01, length = 0.24, middle = 0.12;
+  const auto p = fixture::block<float>({length, 4 * dx, 4 * dx}, dx, 0.0, 1e5, 0.3, kDensity);
+  const auto bent = [&](const Region& region) {
+    SimulateOptions options;
+    options.fps = 50;
+    options.duration = 0.1;
+    options.gravity = Vec3d(0, 0, -9.81);
+    options.rest_shape = RestShapeMode::kCaptured;
+    Interaction clamp, push;
+    clamp.type = InteractionType::kPin;
+    clamp.region = region;
+    push.type = InteractionType::kGust;
+    push.vector = Vec3d(0, 0, 5);
+    return simulate<float>(options, p, {clamp, push}, initial_state(p)).summary.max_displacement;
+  };
+  for (const double height : {0.5 * dx, 2.0 * dx, 4.0 * dx}) {
+    const double low = middle - 0.5 * height, high = middle + 0.5 * height;
+    const double box = bent(Region::box({low, -1, -1}, {high, 1, 1}));
+    const double cylinder = bent(Region::cylinder({low, 2 * dx, 2 * dx}, {high, 2 * dx, 2 * dx}, 1));
+    EXPECT_GT(box, 1e-3);
+    EXPECT_NEAR(cylinder / box, 1, 1e-3) << height / dx << " cells";
+  }
+}
+
 /// Sag [m] at rest of the outermost half of a cell of a beam along x of kSlender times its height.
 constexpr int kCells = 4;
 constexpr double kSlender = 6, kShearFactor = 0.85;  // Cowper 1966, nu = .3

@@ -50,11 +50,19 @@ Case without_viscosity(Case c) {
 }  // namespace
 
 TEST(LagrangianAdjoint, OfOneLawWithoutViscosityAgreeWithDifferences) {
-  for (const bool rubber : {false, true}) {
+  for (const Law law : {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky}) {
     Case c = without_viscosity(lagrangian_block(2));
-    c.particles.material_index.assign(c.particles.size(), rubber);
+    c.particles.materials.back().law = law;
+    c.particles.material_index.assign(c.particles.size(), 1);
     expect_lagrangian_gradient(c);
   }
+}
+
+TEST(LagrangianAdjoint, OfThreeLawsWithViscositySideBySideAgreeWithDifferences) {
+  Case c = lagrangian_block(2);
+  c.particles.materials.insert(c.particles.materials.begin() + 1, Material{.law = Law::kHencky});
+  for (size_t i = 0; i < c.particles.size(); ++i) c.particles.material_index[i] = i % 3;
+  expect_lagrangian_gradient(c);
 }
 
 // Two bodies that are pushed into each other, with friction.

@@ -9,6 +9,7 @@
 #include "gaussians/base/error.h"
 #include "physics/simulate/settle.h"
 #include "tests/physics/shapes.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -170,6 +171,26 @@ TEST(Settle, AnObstacleThatWillMoveStandsWhereItIsAtTheStart) {
     EXPECT_TRUE(resting_interactions({later}).empty());
   }
   EXPECT_FALSE(moves(plate));
+}
+
+TEST(Settle, IsInterruptedAtTheNextFrame) {
+  const auto p = fixture::block<float>({0.04, 0.04, 0.04}, 0.01);
+  Interaction floor;
+  floor.type = InteractionType::kGround;
+  floor.region = Region::half_space(Vec3d(0, 0, -0.02), Vec3d(0, 0, 1));
+  SimulateOptions options;
+  options.settle_time = 5;
+  int asked = 0;
+  options.interrupted = [&] { return ++asked == 3; };
+  expect_error(Failure::kInterrupted, {"interrupted"}, [&] { simulate<float>(options, p, {floor}, initial_state(p)); });
+  EXPECT_EQ(asked, 3);
+  Interaction pin = floor;
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(0, 0, 0.01), Vec3d(0, 0, 1));
+  options.rest_shape = RestShapeMode::kSolve;
+  asked = 0;
+  expect_error(Failure::kInterrupted, {"interrupted"}, [&] { simulate<float>(options, p, {pin}, initial_state(p)); });
+  EXPECT_EQ(asked, 3);
 }
 
 TEST(Settle, ADroppedBodyEndsAtRestSoonAndSaysHowFarItFell) {

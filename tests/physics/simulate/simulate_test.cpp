@@ -16,6 +16,7 @@
 #include "physics/simulate/loads.h"
 #include "physics/simulate/simulator.h"
 #include "tests/physics/shapes.h"
+#include "tests/physics/simulate/recorded_motion.h"
 
 namespace pliant {
 namespace {
@@ -280,17 +281,37 @@ TEST(Simulate, TheSinkSeesEveryFrameAndCanStop) {
   EXPECT_EQ(result.state.frame, 3);
 }
 
-TEST(Simulate, StraysAreClampedAndCounted) {
+TEST(Simulate, FarParticlesStayWhereTheyAreUpToTheBorderOfTheGrid) {
   const auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01);
-  State start = initial_state(particles);
-  start.x[7] = Vec3d(300, -20, 5);
   SimulateOptions options = options_of(30, 0.1);
   options.grid = GridKind::kEulerian;
   options.gravity.setZero();
+  for (const double far : {300.0, 3000.0}) {
+    State start = initial_state(particles);
+    start.x[7] = Vec3d(far, -20, 5);
+    const auto result = simulate<double>(options, particles, {}, start);
+    const bool within = far < 1000;  // 128,000 cells
+    EXPECT_EQ(result.summary.strays == 0, within);
+    EXPECT_NEAR(result.state.x[7].x(), within ? far : 1280, within ? 1e-9 : 1);
+    EXPECT_LT((result.state.x[9] - particles.position[9]).norm(), 1e-9);
+    const std::vector<std::string>& said = result.summary.warnings;
+    EXPECT_EQ(std::none_of(said.begin(), said.end(), [](const auto& w) { return w.find("left") != w.npos; }), within);
+  }
+}
+
+TEST(Simulate, WhatRestsIsNotMovedByTheRestOfTheBodyThatFliesAway) {
+  auto particles = fixture::block<double>({0.04, 0.04, 0.04}, 0.01);
+  particles.materials[0].law = Law::kSand;
+  const size_t resting = fixture::append_copy(particles, Vec3d(0.1, 0, 0));
+  fixture::append_copy(particles, Vec3d(0, 0.1, 0));  // three of four fly
+  SimulateOptions options = options_of(30, 0.5);
+  options.gravity.setZero();
+  State start = initial_state(particles);
+  for (size_t i = resting; i < start.size(); ++i) start.v[i] = Vec3d(0, 0, -5);
   const auto result = simulate<double>(options, particles, {}, start);
-  EXPECT_GT(result.summary.strays, 0);
-  EXPECT_LT(result.state.x[7].norm(), 20);
-  EXPECT_LT((result.state.x[9] - particles.position[9]).norm(), 1e-9);
+  EXPECT_EQ(result.summary.strays, 0);
+  for (size_t i = 0; i < resting; ++i) EXPECT_LT((result.state.x[i] - particles.position[i]).norm(), 1e-9);
+  EXPECT_NEAR(result.state.x.back().z(), particles.position.back().z() - 2.5, 1e-6);
 }
 
 TEST(Simulate, AnUnstableFrameIsRepeatedWithSmallerSteps) {

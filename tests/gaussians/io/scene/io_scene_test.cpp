@@ -233,6 +233,7 @@ TEST(SceneFile, UnknownKeysAndImpossibleValuesAreNamed) {
   refused(R"({"up": [0, 0, null]})", {"up", "null"});
   refused(R"({"pinned": [{"box": [0, 0, 0, 1, 1]}]})", {"pinned[0].box"});
   refused(R"({"pinned": [{"box": [2, 0, 0, 1, 1, 1]}]})", {"pinned[0].box", "corner"});
+  refused(R"({"pinned": [{"box": [0, 0, 0, 1, 1, 0]}]})", {"pinned[0].box", "corner", "volume"});
   refused(R"({"pinned": [{"sphere": [0, 0, 0, -1]}]})", {"pinned[0].sphere", "positive"});
   refused(R"({"pinned": [{}]})", {"pinned[0]"});
   refused(R"({"pinned": {}})", {"pinned", "array"});
