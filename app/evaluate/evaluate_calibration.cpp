@@ -63,12 +63,15 @@ std::map<std::string, Rows> read_bands(const std::filesystem::path& file, double
   return rows;
 }
 
-void add_coverage(json& row, const std::string& name, const Coverage& coverage) {
-  row[name] = coverage.share;
-  row[name + "_low"] = coverage.interval.low;
-  row[name + "_high"] = coverage.interval.high;
-  row[name + "_as_stated"] = coverage.as_stated;
+void add_coverage(json& row, const std::string& name, const std::optional<Coverage>& coverage) {
+  const auto or_null = [&](auto&& value) { return coverage ? json(value(*coverage)) : json(); };
+  row[name] = or_null([](const Coverage& c) { return c.share; });
+  row[name + "_low"] = or_null([](const Coverage& c) { return c.interval.low; });
+  row[name + "_high"] = or_null([](const Coverage& c) { return c.interval.high; });
+  row[name + "_as_stated"] = or_null([](const Coverage& c) { return c.as_stated; });
 }
+
+json factor_or_null(const std::optional<double>& factor) { return factor ? json(*factor) : json(); }
 
 }  // namespace
 
@@ -76,11 +79,14 @@ json evaluate_calibration(const std::filesystem::path& table, const CalibrationO
   json out = {{"kind", "calibration"}, {"seed", options.seed}, {"factors", json::object()}, {"levels", json::array()}};
   for (const auto& [quantity, rows] : read_bands(table, options.band)) {
     const Calibration found = calibrate(rows, kLevels, options.seed);
-    out["factors"][quantity] = found.factor;
+    out["factors"][quantity] = factor_or_null(found.factor);
     for (const CalibrationLevel& level : found.levels) {
-      json row = {{"quantity", quantity},   {"nominal", level.nominal},
-                  {"rows", rows.size()},    {"inside", level.stated.inside},
-                  {"factor", level.factor}, {"rows_second_half", level.second_half.rows}};
+      json row = {{"quantity", quantity},
+                  {"nominal", level.nominal},
+                  {"rows", rows.size()},
+                  {"inside", level.stated.inside},
+                  {"factor", factor_or_null(level.factor)},
+                  {"rows_second_half", level.second_half.rows}};
       add_coverage(row, "coverage", level.stated);
       add_coverage(row, "second_half", level.second_half);
       add_coverage(row, "with_factor", level.with_factor);
@@ -96,14 +102,16 @@ std::vector<TextTable> calibration_tables(const json& calibration) {
       "Coverage of stated bands, with exact 95 % intervals",
       {"quantity", "stated", "rows", "covered", "factor", "second half", "with its factor", "with one factor"},
       {}};
-  const auto percent = [](const json& row, const std::string& name) {
+  const auto percent = [](const json& row, const std::string& name) -> std::string {
+    if (row[name].is_null()) return "-";
     return fmt::format("{:.1f} % [{:.1f}, {:.1f}]{}", 100 * row[name].get<double>(),
                        100 * row[name + "_low"].get<double>(), 100 * row[name + "_high"].get<double>(),
                        row[name + "_as_stated"].get<bool>() ? "" : " (off)");
   };
   for (const json& row : calibration["levels"])
     table.rows.push_back({row["quantity"], fmt::format("{:.0f} %", 100 * row["nominal"].get<double>()),
-                          row["rows"].dump(), percent(row, "coverage"), number_text(row["factor"]),
+                          row["rows"].dump(), percent(row, "coverage"),
+                          row["factor"].is_null() ? "too few rows" : number_text(row["factor"]),
                           percent(row, "second_half"), percent(row, "with_factor"), percent(row, "with_one_factor")});
   TextTable factors{"One factor for all levels", {"quantity", "factor"}, {}};
   for (const auto& [quantity, factor] : calibration["factors"].items())

@@ -137,7 +137,8 @@ std::vector<std::string> doubts_of(const FitEvidence& e) {
 
 std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBlindness& blindness, double fps) {
   std::vector<std::string> out = doubts_of(e);
-  out.push_back(fmt::format("Motion determines E / density, not E alone: E is valid for the given density, and {}.",
+  out.push_back(fmt::format("Motion determines E / density, not E alone: E is valid for the given {}, and {}.",
+                            e.density_fitted ? "total mass, whose distribution was fitted" : "density",
                             e.poisson_fitted
                                 ? "Poisson's ratio, which affects motion little, may be far from the fitted value"
                                 : "Poisson's ratio is the given one"));

@@ -24,7 +24,7 @@ struct FitEvidence {
   bool searched = true;                         ///< E was, and damping was fitted
   bool one_stiffness = true;                    ///< for the whole object
   bool field_left = false;                      ///< a field was tried, and explained no more than one stiffness
-  bool poisson_fitted = false;
+  bool poisson_fitted = false, density_fitted = false;
   bool by_gradients = false;    ///< the errors are worked out about what gradients found
   bool errors_known = true;     ///< of E from place to place
   double undecided_volume = 0;  ///< share whose E the prior decides, not the video

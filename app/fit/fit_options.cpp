@@ -97,6 +97,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   options.gradient_window = *stage.compare.window;
   if (stage.released_code()) options.released_code = PhysDreamerCode{.edge = edge_of_cube(fit)};
   options.poisson = stage.compare.poisson;
+  options.density = stage.compare.density;
   options.clip = clip_terms(context, run, stage.compare, fit, static_cast<int>(done.rows.size()));
   return options;
 }

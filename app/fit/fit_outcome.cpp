@@ -28,7 +28,9 @@ MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, dou
     const int driver = scene.body.file.solid_driver[s];
     out.young[s] =
         static_cast<float>(out.young[s] * (driver >= 0 ? fitted.young[driver] / before.young[driver] : rest_factor));
-    if (driver >= 0) out.poisson[s] = fitted.poisson[driver];
+    if (driver < 0) continue;
+    out.poisson[s] = fitted.poisson[driver];
+    out.density[s] *= fitted.mass[driver] / before.mass[driver];
   }
   return out;
 }
@@ -124,6 +126,7 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   out.searched = !search.log10_factor.empty();
   out.one_stiffness = options.kind == MaterialKind::kUniform;
   out.poisson_fitted = options.poisson;
+  out.density_fitted = options.density;
   out.errors_known = !fit.sigma.empty();
   out.by_gradients = !fit.iterations.empty();
   out.field_left = fit.field_left;
@@ -135,6 +138,25 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   }
   out.undecided_volume = whole > 0 ? undecided / whole : 0;
   return out;
+}
+
+void add_constants_beside(bool poisson, bool density, const FitScene& scene, const MaterialFile& material,
+                          json& result) {
+  const ParticleFile& file = scene.body.file;
+  const auto add = [&](const std::string& name, const std::string& unit, const std::vector<float>& values) {
+    double sum = 0, volume = 0, low = INFINITY, high = 0;
+    for (size_t s = 0; s < values.size(); ++s) {
+      if (file.solid_driver[s] < 0) continue;
+      sum += double(file.solid_volume[s]) * values[s];
+      volume += file.solid_volume[s];
+      low = std::min<double>(low, values[s]);
+      high = std::max<double>(high, values[s]);
+    }
+    result[name + unit] = sum / volume;
+    if (high > low * (1 + 1e-5)) result[name + "_range" + unit] = {low, high};
+  };
+  if (poisson) add("poisson", "", material.poisson);
+  if (density) add("density", "_kg_m3", material.density);
 }
 
 json curve_to_json(const ModalSearch& search) {

@@ -9,8 +9,8 @@
 
 namespace pliant {
 
-/// material.h5: each solid sample's E times its driving particle's factor, `fitted` against the body, and that
-/// particle's Poisson's ratio; samples that are held get `rest_factor`.
+/// material.h5: each solid sample's E and density times its driving particle's factors, `fitted` against the body, and
+/// that particle's Poisson's ratio; samples that are held get `rest_factor`.
 MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor,
                              const std::string& source);
 /// How E(x) was found, for material.h5: the constant's, where a field was left.
@@ -24,6 +24,10 @@ VelocityFile fitted_velocity(const FitScene& scene, const VibrationFit& found, c
 FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before);
 FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const MaterialFitOptions& options, double young);
 
+/// Mean Poisson's ratio and density [kg/m^3] of what moves, by volume, and their ranges where they vary, if they were
+/// fitted.
+void add_constants_beside(bool poisson, bool density, const FitScene& scene, const MaterialFile& material,
+                          nlohmann::json& result);
 nlohmann::json curve_to_json(const ModalSearch& search);
 nlohmann::json steps_to_json(const std::vector<FitStep>& steps);
 nlohmann::json iterations_to_json(const std::vector<GradientFitRow>& rows);

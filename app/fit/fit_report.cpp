@@ -95,15 +95,19 @@ MotionScores compare_view(const FitScene& fit, const FitView& view, const Fitted
 MotionScores compare_motion(const FitScene& fit, const FittedMotion& motion, int last_fitted, const fs::path& folder) {
   const std::vector<const FitView*> views = fit.views();
   MotionScores mean = spans_of(fit, motion, last_fitted);
+  std::vector<MotionScores> all;
   for (size_t i = 0; i < views.size(); ++i) {
-    const MotionScores one =
-        compare_view(fit, *views[i], motion, last_fitted, folder, i == 0 ? "" : "_" + std::to_string(i + 1));
-    const double share = 1.0 / static_cast<double>(views.size());
-    mean.rest += share * one.rest;
-    for (auto span : {&MotionScores::fitted, &MotionScores::searched, &MotionScores::later}) {
+    all.push_back(compare_view(fit, *views[i], motion, last_fitted, folder, i == 0 ? "" : "_" + std::to_string(i + 1)));
+    mean.rest += all[i].rest / static_cast<double>(views.size());
+  }
+  for (auto span : {&MotionScores::fitted, &MotionScores::searched, &MotionScores::later}) {
+    const auto with_frames =
+        std::count_if(all.begin(), all.end(), [&](const MotionScores& one) { return (one.*span).frames > 0; });
+    const double share = 1.0 / static_cast<double>(std::max<std::ptrdiff_t>(1, with_frames));
+    for (const MotionScores& one : all) {
       (mean.*span).psnr += share * (one.*span).psnr;
       (mean.*span).still += share * (one.*span).still;
-      if (i == 0) (mean.*span).frames = (one.*span).frames;
+      (mean.*span).frames = std::max((mean.*span).frames, (one.*span).frames);
     }
   }
   return mean;

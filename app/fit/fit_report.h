@@ -14,12 +14,13 @@ struct FittedMotion {
   std::vector<SimulationState> frames;  ///< one for each frame of the video from there to its end
 };
 
-/// How well the fitted motion and the videos agree inside the moving mask, dB; means over frames and videos.
+/// How well the fitted motion and the videos agree inside the moving mask, dB; means over frames, and over the videos
+/// that have some.
 struct MotionScores {
   struct Span {
     int first = 0, last = -1;    ///< frames of the video; last < first: none
     double psnr = 0, still = 0;  ///< of the fitted motion, and of the first frame held
-    int frames = 0;              ///< that had something to compare
+    int frames = 0;              ///< that had something to compare, in the video with most of them
   };
   Span fitted;      ///< that the simulated motion was fitted to
   Span searched;    ///< later ones that only the search for the stiffness saw

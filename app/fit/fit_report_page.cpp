@@ -23,6 +23,7 @@ std::string numbers(const json& fit) {
   row("young_before_pa", "Young's modulus before the fit", "{:.4g} Pa");
   row("log10_sigma", "standard deviation of log10 E from noise alone", "{:.3f} decades");
   row("poisson", "Poisson's ratio", "{:.3f}");
+  row("density_kg_m3", "density", "{:.4g} kg/m³");
   row("whole_damping_time_s", "total damping time of the object", "{:.3g} s");
   row("damping_time_s",
       fit.contains("whole_damping_time_s") ? "damping time in addition to the grid's dissipation" : "damping time",

@@ -126,12 +126,12 @@ void keep_foreground(const Context& context, FitView& view, const ImageF& mask) 
     context.progress.say("fit: " + sentence);
 }
 
-/// What `stage`, the whole one or that of a further video, shows.
+/// What `stage`, the whole one or that of a further video `beside` the first, shows.
 FitView load_view(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage,
-                  const FitScene& fit, double fps) {
+                  const FitScene& fit, const ReferenceVideo* beside = nullptr) {
   FitView view;
   const Scene& scene = in.scene;
-  view.video = load_fit_video(context, run, in, stage, fps);
+  view.video = load_fit_video(context, run, in, stage, beside);
   for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
   view.compared = load_compared(stage, view.video);
   const ImageF depth = look(fit, view);
@@ -181,9 +181,9 @@ std::vector<const FitView*> FitScene::views() const {
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const FitInputs& in) {
   const FitStage& stage = in.options;
   FitScene fit = load_body(in);
-  static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit, stage.compare_fps);
+  static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit);
   for (size_t i = 0; i < stage.further_videos(); ++i)
-    fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, fit.video.fps));
+    fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, &fit.video));
   fit.used = frames_until(stage, fit.video);
   for (const FitView& view : fit.further) fit.used = std::min(fit.used, static_cast<int>(view.video.frames.size()));
   fit.free_after = free_after(stage, fit.video, fit.used);

@@ -111,7 +111,7 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                  {"undetermined", undetermined_by_video(evidence, find_blindness(fit, motion), fit.video.fps)}};
   result.update(scores_to_json(scores));
   if (found_material.losses.whole > 0) result["whole_damping_time_s"] = 1 / found_material.losses.whole;
-  if (stage.compare.poisson) result["poisson"] = fitted.poisson.at(0);
+  add_constants_beside(stage.compare.poisson, stage.compare.density, fit, stored, result);
   json full = result;
   full["search"] = curve_to_json(found_material.homogeneous.search);
   full["modes_hz"] = json::array();

@@ -43,6 +43,7 @@ struct CompareStage {
   std::optional<int> window;      ///< frames through which the gradient of E runs back; 0 = all; default: the recipe's
   std::optional<int> iterations;  ///< default: the recipe's
   bool poisson = false;           ///< Poisson's ratio is fitted too
+  bool density = false;           ///< the density too
   std::string guide;         ///< a program that judges the drawn motion, see fitting/observe/guidance.h; empty = none
   double guide_weight = 1;   ///< of its loss
   double guide_limit = 300;  ///< s that it may take for a step; twice that until it is ready

@@ -40,6 +40,7 @@ std::vector<Choice> of_pictures(const FitStage& stage) {
                                     {stage.typed("loss"), !c.loss.empty()},
                                     {stage.typed("flow-weight"), c.flow_weight > 0},
                                     {stage.typed("fit-poisson"), c.poisson},
+                                    {stage.typed("fit-density"), c.density},
                                     {stage.typed("guidance-cmd"), !c.guide.empty()},
                                     {stage.typed("video-model-cmd"), !stage.generate.command.empty()}};
   all.insert(all.end(), more.begin(), more.end());
@@ -161,6 +162,7 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
   if (stage.kinematic())
     refuse({{stage.typed("field"), !stage.field.empty()},
             {stage.typed("fit-poisson"), c.poisson},
+            {stage.typed("fit-density"), c.density},
             {stage.typed("gradient-window"), c.window.has_value()},
             {stage.typed("young"), stage.material.young.has_value()},
             {stage.typed("poisson"), stage.material.poisson.has_value()},
@@ -177,6 +179,7 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
     const bool network = stage.recipe == "dreamphysics" && stage.field == "kan";
     refuse({{stage.typed("field"), !stage.field.empty() && !network},
             {stage.typed("fit-poisson"), c.poisson},
+            {stage.typed("fit-density"), c.density},
             {stage.typed("gradient-window"), c.window.has_value()},
             {stage.typed("guidance-weight"), c.guide_weight != CompareStage().guide_weight}},
            with_recipe_text + ", whose constants vary from particle to particle by a rule of its own",
@@ -188,14 +191,19 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
             {stage.typed("loss-lambda"), c.lambda != CompareStage().lambda},
             {stage.typed("image-weight"), c.picture_weight.has_value()},
             {stage.typed("flow-weight"), c.flow_weight > 0},
-            {stage.typed("fit-poisson"), c.poisson}},
+            {stage.typed("fit-poisson"), c.poisson},
+            {stage.typed("fit-density"), c.density}},
            with_recipe_text + ", whose fields and loss are those of the released code",
            "leave it out, or use --recipe physdreamer");
   const FitStage chosen = with_recipe(stage);
   const std::string& loss = chosen.compare.loss;
   const bool by_gradients = recipe || chosen.field == "triplanes" || chosen.field == "kan" || loss != "tracks" ||
-                            c.flow_weight > 0 || c.poisson || guided;
+                            c.flow_weight > 0 || c.poisson || c.density || guided;
   const std::string pictures = "add " + stage.typed("loss") + " image or both";
+  if (has_video && chosen.field == "uniform")
+    refuse({{stage.typed("fit-density"), c.density}},
+           "with a uniform field: a free motion determines E / density, not the density",
+           "add " + stage.typed("field") + " parts or smooth, or leave it out");
   if (!by_gradients)
     refuse(of_gradients(stage), "without gradients: the tracked points are fitted by Gauss-Newton",
            pictures + ", " + stage.typed("flow-weight") + ", " + stage.typed("field") + " triplanes or kan, or " +

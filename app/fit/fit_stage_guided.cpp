@@ -109,7 +109,8 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
     if (stage.distilled())
       return fit_distilled(recipe, motion, options.clip, fps, kept.gradient, say, kept.keep_gradient);
     ClipFitOptions varied = gradient_fields(options, motion.particles, motion.interactions);
-    varied.velocity = nullptr;  // forces move it
+    varied.velocity = nullptr;  // forces move it ...
+    varied.keep_mass = false;   // ... which are known
     Motion<float> cut = motion;
     cut.options.gradient_window = *compare.window;
     return fit_clip(varied, cut, clip_objective(options.clip, nullptr, {0, drawn - 1, 0, 1, fps}), kept.gradient, say,
@@ -152,7 +153,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
                  {"undetermined",
                   {"Nothing was measured: E and damping are those for which the guidance program prefers the rendered "
                    "motion under these forces."}}};
-  if (compare.poisson) result["poisson"] = found.motion.particles.poisson.at(0);
+  add_constants_beside(compare.poisson, compare.density, fit, stored, result);
   json full = result;
   full["iterations"] = iterations_to_json(found.iterations);
   write_text(run / "fit/results.json", full.dump(2) + "\n");

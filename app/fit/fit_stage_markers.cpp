@@ -82,10 +82,10 @@ double state_rate(const MarkerTracks& tracks) {
 }
 
 /// Distance from rest over time of the marker that moves most, and of the others up to four: measured and expected.
-ImageF marker_chart(const MarkerTracks& tracks, const MarkerFitResult& r, double window) {
+ImageF marker_chart(const MarkerTracks& tracks, const MarkerFitResult& r, const MarkerFitOptions& options) {
   const MarkerTracks& expected = r.expected;
   std::vector<std::pair<double, size_t>> order;
-  const std::vector<Vec3d> rest = mean_position(tracks, -INFINITY, r.parameters.release);
+  const std::vector<Vec3d> rest = mean_position(tracks, options.rest_begin, r.parameters.release);
   for (size_t k = 0; k < expected.markers(); ++k) {
     double most = 0;
     for (const auto& frame : expected.position) most = std::max(most, (frame[k] - rest[r.markers[k]]).norm());
@@ -98,7 +98,7 @@ ImageF marker_chart(const MarkerTracks& tracks, const MarkerFitResult& r, double
   chart.x_label = "recording time [s]";
   chart.y_label = "distance from rest [mm]";
   chart.from_zero = true;
-  chart.marks = {r.parameters.release + window};
+  chart.marks = {r.parameters.release + options.window};
   int color = 0;
   for (const auto& [most, k] : order) {
     Curve measured{"", {}, {}, true, color}, simulated{tracks.name[r.markers[k]], {}, {}, false, color};
@@ -215,11 +215,12 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   start.displacement.assign(n, Vec3f::Zero());
   start.F.assign(n, Mat3f::Identity());
   start.C.assign(n, Mat3f::Zero());
+  start.position = body.file.driving_position;
   start.time = found.parameters.release;
   start.damping_time = found.parameters.damping_time;
   start.source = "at rest until its release";
   write_velocity(run / in.outputs[1], start, provenance);
-  write_image(run / "fit/markers.png", marker_chart(tracks, seen, options.window));
+  write_image(run / "fit/markers.png", marker_chart(tracks, seen, options));
   write_image(run / "fit/search.png", search_chart(found));
 
   say(fmt::format(

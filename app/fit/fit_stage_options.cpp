@@ -89,7 +89,11 @@ std::vector<Option> compare_options(CompareStage& stage) {
        .high = 100000},
       {.name = "fit-poisson",
        .field = &stage.poisson,
-       .help = "Also fit a uniform Poisson's ratio, by gradients",
+       .help = "Also fit Poisson's ratio, by gradients: one, or one per part or a smooth field, as --field says",
+       .group = kGroup},
+      {.name = "fit-density",
+       .field = &stage.density,
+       .help = "Also fit the density of each part or place, by gradients; a video keeps the total mass",
        .group = kGroup},
   };
 }

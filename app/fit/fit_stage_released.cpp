@@ -77,6 +77,7 @@ json take_released_fields(const Context& context, const RunDirectory& run, const
   start.displacement.assign(n, Vec3f::Zero());
   start.F.assign(n, Mat3f::Identity());
   start.C.assign(n, Mat3f::Zero());
+  start.position = particles.driving_position;
   start.source = "released by PhysDreamer";
   double fastest = 0;
   if (in.files.count("velocity_field")) {

@@ -152,7 +152,7 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const F
 }
 
 ReferenceVideo load_video(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage,
-                          double fps) {
+                          const ReferenceVideo* beside) {
   const Scene& scene = in.scene;
   if (!stage.generate.command.empty()) return generate(context, run, in, stage);
   const NamedVideo named = named_video(scene, stage);
@@ -160,10 +160,11 @@ ReferenceVideo load_video(const Context& context, const RunDirectory& run, const
   const std::string& name = named.camera;
   tell_choice(context, scene, stage, file);
   VideoOptions options;
-  options.fps = fps;
+  options.fps = beside ? beside->fps : stage.compare_fps;
   options.declared_fps = named.fps;
   options.trust_declared = named.fps_holds;
-  options.first = stage.first;
+  options.first = beside ? beside->start : stage.first;
+  options.exact_start = beside != nullptr;
   options.last = stage.last;
   if (!stage.pose.empty()) {
     if (stage.camera() == kFind)
@@ -232,8 +233,8 @@ Camera unfilmed_camera(const fs::path& object, const Scene& scene, const FitStag
 }
 
 ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
-                              const FitStage& stage, double fps) {
-  ReferenceVideo video = load_video(context, run, in, stage, fps);
+                              const FitStage& stage, const ReferenceVideo* beside) {
+  ReferenceVideo video = load_video(context, run, in, stage, beside);
   if (has_mask(stage)) check_mask(context, in, stage, video);
   return video;
 }

@@ -11,9 +11,10 @@ namespace pliant {
 /// named, the one that its first frame shows (fit/transforms.json keeps what was found).  With stage.generate, a
 /// program makes the video from the scene as the camera sees it.  Throws Error{kUsage} for names that are not there,
 /// Error{kInput} for files that cannot be used and for a first frame that shows something else.
-/// `stage` is that of the inputs, or of a further video of theirs; `fps`: frames a second that are wanted; 0 = its own.
+/// `stage` is that of the inputs, or of a further video of theirs, whose frames are of the same instants as those of
+/// the one `beside` it.
 ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
-                              const FitStage& stage, double fps = 0);
+                              const FitStage& stage, const ReferenceVideo* beside = nullptr);
 
 /// Whether the stage names a mask of its video.
 bool has_mask(const FitStage& stage);
@@ -21,7 +22,7 @@ bool has_mask(const FitStage& stage);
 /// [T of the video] or [1], or empty without a stage.video_mask: 0 = a pixel that is not compared, dark in all of its
 /// channels.  A folder has a mask for each frame of the video's file; a video of masks runs at its own rate unless
 /// stage.fps or the scene overrides the rate of the video.  Throws Error{kInput} for a mask of another shape or number
-/// of frames.
+/// of frames, and where numbers are missing among those of a folder that are not among the video's.
 std::vector<ImageU8> load_compared(const FitStage& stage, const ReferenceVideo& video);
 
 /// Says what is doubtful about the mask of a video.  Throws Error{kInput} where it is dark over the whole object in the

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "app/fit/fit_video.h"
+#include "fitting/observe/frame_numbers.h"
+#include "fitting/observe/frame_source.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
@@ -41,6 +43,23 @@ Error other_number(const fs::path& file, size_t masks, size_t frames) {
                      "give one mask for every frame, or one image for all");
 }
 
+/// Masks in their order are those of the video's frames in theirs: where one is missing, its frame must be too.
+void check_numbers(const fs::path& folder, const ReferenceVideo& video, bool whole) {
+  const FrameNumbers masks = frame_numbers(pictures_in_order(folder));
+  const auto frame = [&](size_t k) { return std::llround(video.instants[k] * video.source_fps); };
+  const size_t seen = video.instants.size(), pictures = video.pictures;
+  if (masks.missing.empty()) {
+    const bool gaps = pictures > 0 && frame(seen - 1) + 1 > static_cast<long long>(seen);
+    if (gaps && masks.frame.size() != pictures) throw other_number(folder, masks.frame.size(), pictures);
+    return;
+  }
+  if (whole && pictures == 0) return;  // they are as many as the frames of the file
+  for (size_t k = 0; k < std::min(seen, masks.frame.size()); ++k)
+    if (masks.frame[k] != frame(k))
+      throw input_error(folder.string(), "frames", fmt::format("have no mask numbered {}", masks.missing),
+                        "give one mask for every frame");
+}
+
 /// One picture for every frame of the video's file.
 Masks masks_of_folder(const FitStage& stage, const ReferenceVideo& video, VideoOptions options) {
   const fs::path folder = stage.video_mask();
@@ -50,6 +69,7 @@ Masks masks_of_folder(const FitStage& stage, const ReferenceVideo& video, VideoO
   const bool whole = stage.last == 0 && !video.instants.empty();
   if (whole && read.instants.size() != video.instants.size())
     throw other_number(folder, read.instants.size(), video.instants.size());
+  check_numbers(folder, video, whole);
   if (read.frames.size() != video.frames.size()) throw other_number(folder, read.frames.size(), video.frames.size());
   return {read.frames, read.warnings};
 }
@@ -86,6 +106,7 @@ Masks load_masks(const FitStage& stage, const ReferenceVideo& video) {
   if (is_image_file(file)) return {{single_mask(file, video.camera)}, {}};
   VideoOptions options;
   options.first = video.start;
+  options.exact_start = true;
   options.last = stage.last;
   options.fps = video.fps;
   options.resampling = Resampling::kNearest;

@@ -18,12 +18,13 @@ std::vector<StatedBand> shuffled(std::span<const StatedBand> rows, uint64_t seed
   return out;
 }
 
-double conformal_factor(std::span<const StatedBand> rows, double nominal) {
+std::optional<double> conformal_factor(std::span<const StatedBand> rows, double nominal) {
   std::vector<double> z;
   for (const StatedBand& row : rows) z.push_back(std::abs(row.z()));
   std::sort(z.begin(), z.end());
   const auto rank = static_cast<size_t>(std::ceil((static_cast<double>(z.size()) + 1) * nominal));
-  return z[std::min(rank, z.size()) - 1] / normal_half_width(nominal);
+  if (rank > z.size()) return std::nullopt;
+  return z[rank - 1] / normal_half_width(nominal);
 }
 
 }  // namespace
@@ -55,19 +56,25 @@ Calibration calibrate(std::span<const StatedBand> rows, std::span<const double> 
   const std::vector<StatedBand> mixed = shuffled(rows, seed);
   const std::span<const StatedBand> all(mixed), first = all.first(all.size() / 2), second = all.subspan(all.size() / 2);
   Calibration out;
-  double log_sum = 0;
+  double log_sum = 0, factors = 0;
   for (const double nominal : levels) {
     CalibrationLevel level;
     level.nominal = nominal;
     level.stated = coverage(rows, nominal);
     level.factor = conformal_factor(first, nominal);
     level.second_half = coverage(second, nominal);
-    level.with_factor = coverage(second, nominal, level.factor);
-    log_sum += std::log(level.factor);
+    if (level.factor) {
+      level.with_factor = coverage(second, nominal, *level.factor);
+    }
+    if (level.factor.value_or(0) > 0) {
+      log_sum += std::log(*level.factor);
+      ++factors;
+    }
     out.levels.push_back(level);
   }
-  out.factor = std::exp(log_sum / static_cast<double>(levels.size()));
-  for (CalibrationLevel& level : out.levels) level.with_one_factor = coverage(second, level.nominal, out.factor);
+  if (factors == 0) return out;
+  out.factor = std::exp(log_sum / factors);
+  for (CalibrationLevel& level : out.levels) level.with_one_factor = coverage(second, level.nominal, *out.factor);
   return out;
 }
 

@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int32_t kFormat = 3;  // raised when a fit takes other steps, or keeps other things of them
+constexpr int32_t kFormat = 4;  // raised when a fit takes other steps, or keeps other things of them
 
 /// Every array of doubles of a fit, but the modes' shapes.
 template <class Fit, class Visit>
@@ -59,6 +59,8 @@ void visit_gradient(State& state, Visit&& visit) {
   visit("now_velocity", state.now.velocity);
   visit("now_poisson", state.now.poisson);
   visit("best_poisson", state.best.poisson);
+  visit("now_density", state.now.density);
+  visit("best_density", state.best.density);
   visit("best_material", state.best.material);
   visit("best_velocity", state.best.velocity);
   visit("first_moment", state.first_moment);

@@ -18,6 +18,7 @@ ClipFit fit_clip(const ClipFitOptions& options, const Motion<float>& motion, con
   start(fields.material, state.now.material);
   start(fields.velocity, state.now.velocity);
   start(fields.poisson, state.now.poisson);
+  start(fields.density, state.now.density);
   bool stopped = false;
   fit_gradient(options.gradient, motion, objective, fields, state, [&](const GradientFitState& now) {
     if (progress && now.rows.size() % 10 == 0)

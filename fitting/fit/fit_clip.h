@@ -9,12 +9,15 @@ namespace pliant {
 
 /// What gradients vary, and how.
 struct ClipFitOptions {
-  std::shared_ptr<const Field> material, velocity, poisson;  ///< see GradientFitFields; null = stays
-  bool damping = true;                                       ///< where the motion has any
+  std::shared_ptr<const Field> material, velocity, poisson, density;  ///< see GradientFitFields; null = stays
+  bool damping = true;                                                ///< where the motion has any
+  bool keep_mass = true;
   std::optional<AddedYoung> added_young;
   GradientFitOptions gradient;
 
-  GradientFitFields fields() const { return {material.get(), velocity.get(), damping, poisson.get(), added_young}; }
+  GradientFitFields fields() const {
+    return {material.get(), velocity.get(), damping, poisson.get(), added_young, density.get(), keep_mass};
+  }
 };
 
 struct ClipFit {

@@ -26,17 +26,18 @@ int window_of(const GradientFitOptions& options, int k, int all) {
                     std::min(options.first_window, all), all);
 }
 
-/// All parameters in a row: material, velocity, Poisson's ratio, damping.
+/// All parameters in a row: material, velocity, Poisson's ratio, density, damping.
 std::vector<double> packed(const GradientFitParameters& at, bool damping) {
   std::vector<double> row;
-  for (const auto* part : {&at.material, &at.velocity, &at.poisson}) row.insert(row.end(), part->begin(), part->end());
+  for (const auto* part : {&at.material, &at.velocity, &at.poisson, &at.density})
+    row.insert(row.end(), part->begin(), part->end());
   if (damping) row.push_back(at.damping);
   return row;
 }
 
 void unpack(std::span<const double> row, bool damping, GradientFitParameters& at) {
   auto from = row.begin();
-  for (auto* part : {&at.material, &at.velocity, &at.poisson}) {
+  for (auto* part : {&at.material, &at.velocity, &at.poisson, &at.density}) {
     std::copy_n(from, part->size(), part->begin());
     from += static_cast<std::ptrdiff_t>(part->size());
   }
@@ -48,6 +49,7 @@ std::vector<double> rates_of(const GradientFitOptions& options, const GradientFi
   std::vector<double> rates(at.material.size(), options.material_rate);
   rates.insert(rates.end(), at.velocity.size(), options.velocity_rate);
   rates.insert(rates.end(), at.poisson.size(), options.poisson_rate);
+  rates.insert(rates.end(), at.density.size(), options.density_rate);
   if (damping) rates.push_back(options.damping_rate);
   return rates;
 }
@@ -69,6 +71,20 @@ double speed_of_sound(const Particles& particles) {
     fastest = std::max(fastest, (law.lambda + 2 * law.mu) * particles.volume[i] / particles.mass[i]);
   }
   return std::sqrt(fastest);
+}
+
+/// dL/d(ln of the factors) of dL/d(mass) of the particles that have them.
+std::vector<double> density_adjoint(const Particles& particles, std::span<const float> adj_mass, bool keep_mass) {
+  std::vector<double> adj_factor(particles.size());
+  double mass = 0, sum = 0;
+  for (size_t i = 0; i < adj_factor.size(); ++i) {
+    adj_factor[i] = double(adj_mass[i]) * particles.mass[i];
+    sum += adj_factor[i];
+    mass += particles.mass[i];
+  }
+  if (keep_mass)
+    for (size_t i = 0; i < adj_factor.size(); ++i) adj_factor[i] -= sum * particles.mass[i] / mass;
+  return adj_factor;
 }
 
 constexpr char kShorterWindow[] = "use a shorter gradient window";
@@ -111,6 +127,11 @@ std::vector<double> gradient_of(const GradientFitOptions& options, const Motion<
     }
     adj.poisson = fields.poisson->values_adjoint(at.poisson, adj_odds);
     clip_norm(adj.poisson, options.clip, kShorterWindow);
+  }
+  if (fields.density) {
+    adj.density =
+        fields.density->values_adjoint(at.density, density_adjoint(trial.particles, by.by.mass, fields.keep_mass));
+    clip_norm(adj.density, options.clip, kShorterWindow);
   }
   adj.damping = -by.by.damping_time * trial.options.simulate.damping_time;
   row.field_seconds = since(begin);
@@ -155,7 +176,18 @@ Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& 
       out.particles.poisson[i] = static_cast<float>(kMostPoisson * share);
     }
   }
-  if (fields.material || fields.poisson) {
+  if (fields.density) {
+    const std::vector<double> log_factor = fields.density->values(at.density);
+    double before = 0, after = 0;
+    for (size_t i = 0; i < log_factor.size(); ++i) {
+      before += out.particles.mass[i];
+      after += std::exp(log_factor[i]) * out.particles.mass[i];
+    }
+    const double common = fields.keep_mass ? before / after : 1;
+    for (size_t i = 0; i < log_factor.size(); ++i)
+      out.particles.mass[i] = static_cast<float>(common * std::exp(log_factor[i]) * out.particles.mass[i]);
+  }
+  if (fields.material || fields.poisson || fields.density) {
     const double faster = speed_of_sound(out.particles) / speed_of_sound(motion.particles);
     if (faster > kFasterSound) out.options.simulate.substeps *= static_cast<int>(std::ceil(faster / kFasterSound));
   }
@@ -165,10 +197,12 @@ Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& 
 
 void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
                   const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink) {
-  CHECK(fields.material || fields.velocity || fields.damping || fields.poisson);
-  CHECK(!fields.poisson || (fields.poisson->channels() == 1 && fields.poisson->points() == motion.particles.size()));
-  CHECK(!fields.material || (fields.material->channels() == 1 && fields.material->points() == motion.particles.size()));
-  CHECK(!fields.velocity || (fields.velocity->channels() == 3 && fields.velocity->points() == motion.particles.size()));
+  CHECK(fields.material || fields.velocity || fields.damping || fields.poisson || fields.density);
+  const auto check = [&](const Field* field, int channels) {
+    CHECK(!field || (field->channels() == channels && field->points() == motion.particles.size()));
+  };
+  for (const Field* field : {fields.material, fields.poisson, fields.density}) check(field, 1);
+  check(fields.velocity, 3);
   CHECK(!fields.damping || motion.options.simulate.damping_time > 0);
   const std::vector<double> rates = rates_of(options, state.now, fields.damping);
   const size_t count = rates.size();
@@ -216,6 +250,7 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
       parameters[i] += rates[i] * (step[i] - rate * options.weight_decay * parameters[i]);
     unpack(parameters, fields.damping, state.now);
     for (double& p : state.now.material) p = std::clamp(p, -options.material_limit, options.material_limit);
+    for (double& p : state.now.density) p = std::clamp(p, -options.density_limit, options.density_limit);
     state.first_moment = adam.first_moment();
     state.second_moment = adam.second_moment();
     ++state.steps;

@@ -15,10 +15,11 @@ struct GradientFitOptions {
   int iterations = 100;
   int first_window = 6;  ///< frames that are compared at first (PhysDreamer) ...
   double growth = 0.5;   ///< ... and all of them from this share of the iterations on
-  double material_rate = 0.01, velocity_rate = 0.01, poisson_rate = 0.05,
+  double material_rate = 0.01, velocity_rate = 0.01, poisson_rate = 0.05, density_rate = 0.02,
          damping_rate = 0.02;                                   ///< of Adam; fall to a tenth by the end
   double material_roughness = 1e-4, velocity_roughness = 1e-2;  ///< weights of the fields' total variation
   double material_limit = INFINITY;                             ///< of each parameter of the field of E, either way
+  double density_limit = INFINITY;                              ///< likewise
   double clip = 1;       ///< largest norm of the gradient of one field's parameters
   int patience = 20;     ///< iterations with all frames and no better loss, after which it stops
   double better = 1e-3;  ///< relative fall of the loss that counts as better
@@ -39,9 +40,9 @@ struct GradientFitRow {
 };
 
 struct GradientFitParameters {
-  std::vector<double> material, velocity;  ///< of the fields; empty without one
-  double damping = 0;                      ///< ln of the factor of the rate of mass-proportional damping
-  std::vector<double> poisson = {};        ///< of its field; empty without one
+  std::vector<double> material, velocity;          ///< of the fields; empty without one
+  double damping = 0;                              ///< ln of the factor of the rate of mass-proportional damping
+  std::vector<double> poisson = {}, density = {};  ///< of their fields; empty without one
 };
 
 /// Everything that an iteration starts from: a fit continues from here bit for bit.
@@ -63,13 +64,16 @@ struct AddedYoung {
   double step = 1, low = 0, high = INFINITY;
 };
 
-/// What is fitted: ln of a factor of each particle's E, and a velocity [m/s] that is added to its start.
+/// What is fitted: ln of a factor of each particle's E, and a velocity [m/s] that is added to its start.  A motion
+/// under no known force determines E / density alone: with a field of both, `keep_mass` decides the rest.
 struct GradientFitFields {
   const Field* material = nullptr;  ///< one channel; null = E stays
   const Field* velocity = nullptr;  ///< three channels; null = the start stays
   bool damping = false;             ///< the damping time too, where the motion has one
   const Field* poisson = nullptr;   ///< one channel: ln of the factor of nu / (kMostPoisson - nu); null = nu stays
   std::optional<AddedYoung> added_young = {};  ///< what `material` is instead of a factor
+  const Field* density = nullptr;              ///< one channel: ln of the factor of the density; null = it stays
+  bool keep_mass = false;                      ///< these factors are divided by what they make of the total mass
 };
 
 /// Called after every iteration; false stops, and the state may be continued later.

@@ -13,8 +13,10 @@ namespace pliant {
 namespace {
 
 constexpr double kDecade = 2.302585092994046;
-constexpr double kMostSigmas = 5;  // of the parameters of a smooth field, that they may reach
-constexpr double kCommon = 0.02;   // of ln E: a field has a level of its own
+constexpr double kMostSigmas = 5;         // of the parameters of a smooth field, that they may reach
+constexpr double kCommon = 0.02;          // of ln E: a field has a level of its own
+constexpr double kDensitySigma = 0.7;     // of ln of the density from place to place ...
+constexpr double kMostDenser = 1.609438;  // ... and at most, of a part: five times
 
 std::shared_ptr<SmoothField> smooth_field_of(const MaterialFitOptions& options, const Particles& particles) {
   SmoothFieldOptions smooth = options.smooth;
@@ -53,6 +55,15 @@ std::shared_ptr<const Field> field_of(const MaterialFitOptions& options, const P
       return smooth_field_of(options, particles);
   }
   return nullptr;
+}
+
+/// Of a constant beside E: as E varies, one value, one of each part, or a smooth field.
+std::shared_ptr<const Field> field_beside(const MaterialFitOptions& options, const Particles& particles, double sigma) {
+  if (options.kind == MaterialKind::kUniform) return std::make_shared<PartField>(particles.size(), 1);
+  if (options.kind == MaterialKind::kParts) return std::make_shared<PartField>(options.part, 1);
+  SmoothFieldOptions smooth = options.smooth;
+  smooth.sigma = smooth.level_sigma = sigma;
+  return std::make_shared<SmoothField>(smooth, particles.position);
 }
 
 /// The fitted motion over the frames that were compared.
@@ -129,6 +140,10 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
   const ClipFit clip = fit_clip(varied, motion, clip_objective(options.clip, &tracks, frames), kept.gradient, progress,
                                 kept.keep_gradient);
   const Motion<float>& best = clip.motion;
+  double log_factor = 0;
+  for (size_t i = 0; i < best.particles.size(); ++i)
+    log_factor += std::log10(best.particles.young[i] / fit.particles.young[i]);
+  fit.found.log10_factor += log_factor / static_cast<double>(best.particles.size());
   fit.particles = best.particles;
   fit.found.start = best.start;
   fit.found.damping_time = best.options.simulate.damping_time;
@@ -164,7 +179,11 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
     if (options.kind == MaterialKind::kSmooth) varied.material = std::make_shared<WeightedField>(varied.material, free);
     varied.gradient.material_limit = options.kind == MaterialKind::kSmooth ? kMostSigmas : options.decades * kDecade;
   }
-  if (options.poisson) varied.poisson = std::make_shared<PartField>(particles.size(), 1);
+  if (options.poisson) varied.poisson = field_beside(options, particles, 1);
+  if (options.density) {
+    varied.density = field_beside(options, particles, kDensitySigma);
+    varied.gradient.density_limit = options.kind == MaterialKind::kParts ? kMostDenser : kMostSigmas;
+  }
   if (options.clip.guide_weight > 0) {
     varied.gradient.noisy = true;
     varied.gradient.growth = 0;
@@ -223,7 +242,7 @@ MaterialFit fit_material(const MaterialFitOptions& options, const Particles& par
                step_of("homogeneous", fit.homogeneous)};
   if (const auto field = field_of(options, particles))
     add_field(options, vibration, field, interactions, tracks, fps, progress, kept, fit);
-  if (is_network(options.kind) || options.poisson || options.clip.beyond_tracks())
+  if (is_network(options.kind) || options.poisson || options.density || options.clip.beyond_tracks())
     refine_by_gradients(options, vibration, interactions, tracks, fps, progress, kept, fit);
   // What the search does not bound, a field about it does not either.
   if (fit.homogeneous.search.end != 0) {

@@ -35,7 +35,8 @@ struct MaterialFitOptions {
   /// video.
   GradientFitOptions gradient;
   int gradient_window = 0;                       ///< frames of the video through which gradients run back; 0 = all
-  bool poisson = false;                          ///< one Poisson's ratio too
+  bool poisson = false;                          ///< Poisson's ratio too: one, of each part, or a smooth field
+  bool density = false;                          ///< the density likewise
   ClipTerms clip;                                ///< that these gradients compare
   std::optional<PhysDreamerCode> released_code;  ///< of fit_physdreamer alone
 };
@@ -82,8 +83,9 @@ struct MaterialFit {
   bool determined(size_t particle) const { return !sigma.empty() && sigma[particle] < 0.5 * prior_sigma; }
 };
 
-/// What gradients vary for a kind of material: its field of E, damping, for triplanes v0(x), and Poisson's ratio if
-/// asked for. What `interactions` hold for good keeps v0 and, but for fields with one value for many particles, E.
+/// What gradients vary for a kind of material: its field of E, damping, for triplanes v0(x), and Poisson's ratio and
+/// the density, its total mass kept, if asked for.  What `interactions` hold for good keeps v0 and, but for fields with
+/// one value for many particles, E.
 ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles,
                                const std::vector<Interaction>& interactions);
 

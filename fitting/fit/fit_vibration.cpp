@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <utility>
 
 #include "fitting/fit/vibration_rollouts.h"
@@ -204,17 +205,31 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   const auto since = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   fit.seconds_search = since();
 
-  // A few steps from each good minimum, then the best of them to the end.
+  // A few steps from each good minimum that can be simulated, then the best of them to the end.
   std::unique_ptr<VibrationRollouts> best;
   std::vector<double> parameters;
   double least = INFINITY;
+  std::exception_ptr unstable;
   for (size_t c = 0; c < fit.search.minima.size() && static_cast<int>(c) < options.candidates; ++c) {
     const ModalMotion& minimum = fit.search.minima[c];
     if (c > 0 && minimum.unexplained > 3 * fit.search.minima[0].unexplained + 0.02) break;
-    auto fitter = std::make_unique<VibrationRollouts>(options, particles, interactions, tracks, fps, fit.modes,
-                                                      fit.search, minimum);
-    const double before = fitter->rms(fitter->start());
-    if (c == 0) fit.rms_search = before;
+    std::unique_ptr<VibrationRollouts> fitter;
+    double before = 0;
+    try {
+      fitter = std::make_unique<VibrationRollouts>(options, particles, interactions, tracks, fps, fit.modes, fit.search,
+                                                   minimum);
+      if (!(fitter->weight() > 0))
+        throw input_error("fit", "video", "shows no followed point in the fitted frames",
+                          "check --video-mask, --start and --periods");
+      before = fitter->rms(fitter->start());
+      if (!std::isfinite(before)) throw numerical_error("fit", "a roll-out has no finite errors", "give another E");
+    } catch (const Error& error) {
+      if (error.failure != Failure::kNumerical) throw;
+      unstable = std::current_exception();
+      say("roll-outs from E x %.3g cannot be simulated", std::pow(10.0, minimum.log10_factor));
+      continue;
+    }
+    if (!best) fit.rms_search = before;
     GaussNewtonResult result;
     result.parameters = fitter->start();
     if (!options.field) result = journal.refine(*fitter, options.refine, fitter->start(), 2, std::max(before, 1e-12));
@@ -230,6 +245,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
       parameters = result.parameters;
     }
   }
+  if (!best) std::rethrow_exception(unstable);
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
   GaussNewtonResult result;
   if (options.field) {

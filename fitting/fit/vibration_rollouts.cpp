@@ -161,15 +161,20 @@ GaussNewtonOptions VibrationRollouts::bounded(GaussNewtonOptions options, double
   return options;
 }
 
-double VibrationRollouts::rms(std::span<const double> p) const {
-  double square = 0, weight = 0;
-  const std::vector<double> r = errors_of(p, 1);
-  for (const double x : r) square += x * x;
+double VibrationRollouts::weight() const {
+  double weight = 0;
   const PointTracks& seen = tracks_.tracks();
   for (int f = first_; f <= last_; ++f)
     if (!seen.place[f].empty())
       for (const double w : seen.weight[f]) weight += w;
-  return std::sqrt(square / weight);
+  return weight;
+}
+
+double VibrationRollouts::rms(std::span<const double> p) const {
+  double square = 0;
+  const std::vector<double> r = errors_of(p, 1);
+  for (const double x : r) square += x * x;
+  return std::sqrt(square / weight());
 }
 
 /// Of each parameter of the field: what changes ln E by a quarter where it acts most.

@@ -40,6 +40,8 @@ class VibrationRollouts {
   std::vector<double> residuals(std::span<const double> p, double noise) const;
   /// From what `result` leaves: how much of a point's errors stays.  `result` and later residuals are without it.
   void find_staying(GaussNewtonResult& result);
+  /// Of the tracks in the frames compared; 0 where nothing was followed.
+  double weight() const;
   /// Of the tracks, with what stays, in their unit.
   double rms(std::span<const double> p) const;
 

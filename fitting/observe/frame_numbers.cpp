@@ -108,8 +108,9 @@ FrameNumbers frame_numbers(const std::vector<std::filesystem::path>& pictures) {
     out.doubt = fmt::format("has no pictures numbered {}, more than it has: they are taken as consecutive frames",
                             missing_text(numbers, step));
   } else {
-    out.doubt = fmt::format("has no pictures numbered {}: the instants of the others follow their numbers",
-                            missing_text(numbers, step));
+    out.missing = missing_text(numbers, step);
+    out.doubt =
+        fmt::format("has no pictures numbered {}: the instants of the others follow their numbers", out.missing);
     for (size_t i = 0; i < numbers.size(); ++i) out.frame[i] = (numbers[i] - numbers[0]) / step;
   }
   return out;

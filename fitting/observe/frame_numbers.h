@@ -12,6 +12,7 @@ bool number_order(const std::string& a, const std::string& b);
 /// Which frames of a video some pictures are.
 struct FrameNumbers {
   std::vector<long long> frame;  ///< [N] growing from 0
+  std::string missing;           ///< between the first and the last, as "3, 6 to 7"; empty = none are, or none count
   std::string doubt;             ///< says which numbers are missing, or why they do not count; empty = none are
 };
 

@@ -46,7 +46,7 @@ class Resampler {
   void add(TimedFrame frame) {
     if (!started_ && frame.time >= options_.first) {
       const bool earlier = before_ && options_.first - before_->time < frame.time - options_.first;
-      out_.start = earlier ? before_->time : frame.time;
+      out_.start = options_.exact_start ? options_.first : earlier ? before_->time : frame.time;
       started_ = true;
     }
     while (started_ && due() <= frame.time + slack(frame.time) &&
@@ -127,6 +127,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   ReferenceVideo video;
   video.camera = camera;
   video.file_fps = source->fps();
+  if (video.file_fps == 0) video.pictures = source->frames();
   video.declared_fps = options.declared_fps;
   const double rate = video.source_fps = agreed_rate(options, name, video);
   const double stretch = video.file_fps > 0 ? video.file_fps / rate : 1;

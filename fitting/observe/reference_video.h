@@ -24,6 +24,7 @@ struct ReferenceVideo {
   int frames_in_file = 0;            ///< decoded up to the end of the wanted part
   std::vector<double> instants;      ///< of those, s from the first one
   int blended = 0;                   ///< frames made from two of the file
+  int pictures = 0;                  ///< in a folder, beyond the wanted part too; 0 = a file
 };
 
 /// How a frame arises at an instant between two of the file.
@@ -33,9 +34,8 @@ enum class Resampling {
 };
 
 struct VideoOptions {
-  double first = 0,
-         last =
-             0;  ///< s of the file, the wanted part; last = 0: to its end.  The frame nearest to `first` is taken whole
+  double first = 0, last = 0;    ///< s of the file, the wanted part; last = 0: to its end
+  bool exact_start = false;      ///< frames begin at `first` itself; else at the file's frame nearest to it
   double fps = 0;                ///< wanted; 0 = that of the file, which takes every frame as it is
   double declared_fps = 0;       ///< of the file as the scene file tells; needed for a folder
   bool trust_declared = false;   ///< the declared rate holds against the file's, as for slow motion

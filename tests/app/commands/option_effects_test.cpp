@@ -290,19 +290,20 @@ TEST_F(OptionEffects, OfFit) {
   const Names by_tracks = with(with(to_video, gradients), images);
   Names none = by_tracks;
   none.erase("markers");  // instead of the scene's video
-  try_all<FitStage>({}, with(none, parts));
+  const Names one_field = with(parts, {"fit-density"});
+  try_all<FitStage>({}, with(none, one_field));
   try_all<FitStage>({"--field", "parts"}, by_tracks);
   for (const char* network : {"triplanes", "kan"})
     try_all<FitStage>({"--field", network}, with(with(to_video, images), parts));
-  try_all<FitStage>({"--loss", "image"}, with(to_video, parts));
+  try_all<FitStage>({"--loss", "image"}, with(to_video, one_field));
   try_all<FitStage>({"--recipe", "physdreamer"}, with(to_video, with(parts, {"guidance-cmd", "periods"})));
   try_all<FitStage>({"--guidance-cmd", "true"}, with(with(with(markers, drawing), with(model, always)),
-                                                     with(with(images, parts), {"markers", "recipe"})));
+                                                     with(with(images, one_field), {"markers", "recipe"})));
   try_all<FitStage>({"--recipe", "dreamgaussian4d"},
                     with(to_video, with(parts, {"guidance-cmd", "periods", "field", "young", "poisson", "density",
-                                                "solver", "fit-poisson", "gradient-window"})));
+                                                "solver", "fit-poisson", "fit-density", "gradient-window"})));
   Names generated =
-      with(with(by_tracks, parts), {"video", "video-first", "video-last", "refine-camera", "compare-fps"});
+      with(with(by_tracks, one_field), {"video", "video-first", "video-last", "refine-camera", "compare-fps"});
   for (const std::string& name : model) generated.erase(name);
   try_all<FitStage>({"--video-model-cmd", "true"}, generated);
   Names all;

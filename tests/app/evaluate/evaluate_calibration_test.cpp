@@ -45,6 +45,19 @@ TEST(EvaluateCalibration, EachQuantityHasItsOwnFactor) {
   EXPECT_NE(markdown_of(calibration_tables(found)[0]).find("(off)"), std::string::npos);
 }
 
+TEST(EvaluateCalibration, TooFewRowsForALevelAreSaidInsteadOfItsFactor) {
+  const TemporaryFolder folder;
+  std::string table = "estimate,truth,sigma\n";
+  for (int i = 0; i < 16; ++i) table += fmt::format("{},0,1\n", Random(9, i).normal());
+  const json found = evaluate_calibration(folder.file("bands.csv", table), {});
+  const json &low = found["levels"][0], &high = found["levels"][1];
+  EXPECT_NEAR(found["factors"]["all"].get<double>(), low["factor"].get<double>(), 1e-12);
+  for (const char* key : {"factor", "with_factor", "with_factor_low", "with_factor_as_stated"})
+    EXPECT_TRUE(high[key].is_null()) << key;
+  EXPECT_TRUE(high["with_one_factor"].is_number());
+  EXPECT_NE(markdown_of(calibration_tables(found)[0]).find("too few rows"), std::string::npos);
+}
+
 TEST(EvaluateCalibration, UselessTablesAreRefusedByLineAndColumn) {
   const TemporaryFolder folder;
   const auto refuse = [&](const std::string& text, const std::vector<std::string>& words) {

@@ -44,6 +44,7 @@ TEST(CheckFitStage, OptionsOfVideosAreRefusedWithMarkersAndWithReleasedFields) {
                                          {"--video-camera", [](FitStage& s) { s.cameras = {"a"}; }},
                                          {"--loss", [](FitStage& s) { s.compare.loss = "both"; }},
                                          {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+                                         {"--fit-density", [](FitStage& s) { s.compare.density = true; }},
                                          {"--guidance-cmd", [](FitStage& s) { s.compare.guide = "x"; }},
                                          {"--video-model-cmd", [](FitStage& s) { s.generate.command = "x"; }},
                                          {"--points", [](FitStage& s) { s.points = 100; }},
@@ -65,13 +66,30 @@ TEST(CheckFitStage, OptionsOfGradientsAreRefusedWhereNoneRun) {
   for (const auto& kind : std::vector<std::function<void(FitStage&)>>{
            [](FitStage& s) { s.field = "triplanes"; }, [](FitStage& s) { s.compare.loss = "pictures"; },
            [](FitStage& s) { s.compare.flow_weight = 1; }, [](FitStage& s) { s.recipe = "physdreamer"; },
-           [](FitStage& s) { s.compare.poisson = true; }}) {
+           [](FitStage& s) { s.compare.poisson = true; },
+           [](FitStage& s) {
+             s.field = "parts";
+             s.compare.density = true;
+           }}) {
     FitStage stage;
     kind(stage);
     stage.compare.window = 1;
     stage.compare.iterations = 5;
     EXPECT_NO_THROW(check_fit_stage(stage, true));
   }
+}
+
+TEST(CheckFitStage, OneDensityOfTheWholeNeedsAKnownForce) {
+  FitStage stage;
+  stage.compare.density = true;
+  expect_error(Failure::kUsage, {"--fit-density", "E / density", "--field"}, [&] { check_fit_stage(stage, true); });
+  for (const char* field : {"parts", "smooth", "triplanes", "kan"}) {
+    stage.field = field;
+    EXPECT_NO_THROW(check_fit_stage(stage, true)) << field;
+  }
+  stage.field = "";
+  stage.compare.guide = "x";
+  EXPECT_NO_THROW(check_fit_stage(stage, false));
 }
 
 TEST(CheckFitStage, ARecipeSetsWhatIsLeftOpenAndNothingThatIsSaid) {
@@ -115,7 +133,8 @@ TEST(CheckFitStage, TheReleasedCodesRecipeLeavesNoChoiceOfFieldsAndLoss) {
        {"--loss-lambda", [](FitStage& s) { s.compare.lambda = 0.5; }},
        {"--image-weight", [](FitStage& s) { s.compare.picture_weight = 1; }},
        {"--flow-weight", [](FitStage& s) { s.compare.flow_weight = 1; }},
-       {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }}},
+       {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+       {"--fit-density", [](FitStage& s) { s.compare.density = true; }}},
       [](FitStage& s) { s.recipe = "physdreamer-code"; }, true);
 }
 
@@ -133,6 +152,7 @@ TEST(CheckFitStage, RecipesThatLetAProgramJudgeWantItAndNoVideo) {
         {{"--video", [](FitStage& s) { s.videos = {"v.mp4"}; }},
          {"--field", [](FitStage& s) { s.field = "smooth"; }},
          {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+         {"--fit-density", [](FitStage& s) { s.compare.density = true; }},
          {"--gradient-window", [](FitStage& s) { s.compare.window = 2; }},
          {"--guidance-weight", [](FitStage& s) { s.compare.guide_weight = 2; }}},
         [&](FitStage& s) { s = stage; }, true);
@@ -162,6 +182,7 @@ TEST(CheckFitStage, AMotionWithoutPhysicsTakesNoMaterial) {
        {"--density", [](FitStage& s) { s.material.density = 1e3; }},
        {"--solver", [](FitStage& s) { s.solver = "eulerian"; }},
        {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
+       {"--fit-density", [](FitStage& s) { s.compare.density = true; }},
        {"--gradient-window", [](FitStage& s) { s.compare.window = 2; }},
        {"--periods", [](FitStage& s) { s.periods = "2"; }},
        {"--guidance-cmd", [](FitStage& s) { s.compare.guide = "x"; }}},

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/fit/fit_scene.h"
 #include "app/run/attach_scene.h"
@@ -116,6 +117,31 @@ TEST_F(FitOfFewParticles, AKanIsFittedByTheCommand) {
   expect_sigmas(material);
   ASSERT_EQ(fit["iterations"].size(), 4u);
   EXPECT_LT(fit["rms_px"].get<double>(), 0.3 * fit["rms_still_px"].get<double>());
+}
+
+TEST_F(FitOfFewParticles, DensityAndPoissonsRatioOfPartsAreFittedByTheCommand) {
+  const json found =
+      fitted({"--field", "parts", "--parts", "2", "--fit-poisson", "--fit-density", "--gradient-iterations", "14"});
+  const ParticleFile particles = read_particles(object / "particles.h5");
+  const MaterialFile material = read_material(object / "material.h5");
+  const double given = json::parse(read_text(folder / "scene/scene.json"))["material"]["density"];
+  double before = 0, after = 0;
+  std::set<long> densities;
+  for (size_t s = 0; s < material.density.size(); ++s) {
+    if (particles.solid_driver[s] < 0) continue;
+    densities.insert(std::lround(1e4 * std::log(material.density[s])));
+    after += material.density[s] * particles.solid_volume[s];
+    before += given * particles.solid_volume[s];
+  }
+  EXPECT_EQ(densities.size(), 2u);
+  EXPECT_NEAR(after, before, 1e-4 * before);
+  const json range = found["density_range_kg_m3"], ratios = found["poisson_range"];
+  ASSERT_EQ(range.size(), 2u) << found.dump(2);
+  EXPECT_LT(range[0].get<double>(), given);
+  EXPECT_GT(range[1].get<double>(), given);
+  EXPECT_GT(ratios[0].get<double>(), 0);
+  EXPECT_LT(ratios[0].get<double>(), ratios[1].get<double>());
+  EXPECT_NE(found["undetermined"].dump().find("total mass"), std::string::npos);
 }
 
 TEST_F(FitOfFewParticles, TriplanesAreFittedByTheCommand) {

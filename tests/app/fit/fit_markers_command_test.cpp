@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "app/fit/fit_stage.h"
 #include "app/run/attach_scene.h"
@@ -66,6 +67,20 @@ std::string recording(const RunDirectory& run, const Scene& scene) {
   return table + "\n";
 }
 
+/// The same from `rest` on, and before as half a second later.
+std::string moved_before(double rest, const std::string& table) {
+  constexpr size_t kLater = 60;
+  std::vector<std::string> rows;
+  std::istringstream in(table);
+  for (std::string row; std::getline(in, row);) rows.push_back(row);
+  std::string out = rows[0];
+  for (size_t t = 1; t < rows.size(); ++t) {
+    const std::string& seen = std::stod(rows[t]) < rest ? rows[t + kLater] : rows[t];
+    out += '\n' + rows[t].substr(0, rows[t].find(',')) + seen.substr(seen.find(','));
+  }
+  return out + '\n';
+}
+
 TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   const TemporaryFolder folder;
   make_beam_scene(folder / "scene");
@@ -103,7 +118,9 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
     EXPECT_TRUE(fs::exists(folder / "run" / file)) << file;
   const fs::path object = run / object_folder(run);
   EXPECT_NEAR(read_material(object / "material.h5").young.front() / result["young_pa"].get<double>(), 1, 1e-5);
-  EXPECT_TRUE(read_velocity(object / "velocity.h5").velocity.front().isZero(0));
+  const VelocityFile start = read_velocity(object / "velocity.h5");
+  EXPECT_TRUE(start.velocity.front().isZero(0));
+  EXPECT_EQ(start.position, read_particles(object / "particles.h5").driving_position);
 
   // The same again is no work.
   const std::string record = read_text(folder / "run/run.json");
@@ -160,6 +177,17 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
     EXPECT_EQ(numbers(), whole) << share;
     EXPECT_FALSE(fs::exists(folder / "run/fit/checkpoint.h5"));
   }
+
+  // What came before the rest that is named does not show.
+  std::vector<std::string> fit_rested = wrong_start;
+  fit_rested[3] = (folder / "rested.csv").string();
+  fit_rested.insert(fit_rested.end(), {"--marker-rest", "0.1", "--overwrite"});
+  const auto chart = [&](const std::string& rows) {
+    folder.file("rested.csv", rows);
+    EXPECT_EQ(run_quietly(fit_rested), 0);
+    return read_text(folder / "run/fit/markers.png");
+  };
+  EXPECT_TRUE(chart(moved_before(0.1, table)) == chart(table));
 }
 
 }  // namespace

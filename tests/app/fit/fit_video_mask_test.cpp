@@ -84,6 +84,41 @@ TEST_F(FitVideoMask, AFolderHasOneMaskForEachFrameOfTheFile) {
                [&] { load_compared(stage, load(stage)); });
 }
 
+TEST_F(FitVideoMask, AMaskThatIsMissingIsNamedAndNotReplacedByTheNext) {
+  const auto fill = [](const std::string& name, const std::vector<ImageF>& pictures, std::vector<size_t> missing) {
+    fs::remove_all(folder / name);
+    fs::create_directories(folder / name);
+    for (size_t f = 0; f < pictures.size(); ++f)
+      if (std::find(missing.begin(), missing.end(), f) == missing.end())
+        write_image(folder / name / (std::to_string(f) + ".png"), pictures[f]);
+    return (folder / name).string();
+  };
+  const std::vector<ImageF> white(frames.size(), ImageF(frames[0].width, frames[0].height, 3, 1.0f));
+  FitStage stage;
+  const auto refused = [&](const std::vector<std::string>& words) {
+    expect_error(Failure::kInput, words, [&] { load_compared(stage, load(stage)); });
+  };
+  const auto compared = [&] { return load_compared(stage, load(stage)).size(); };
+  stage.masks = {fill("lacking", white, {12})};
+  stage.last = static_cast<double>(frames.size() - 3) / fps;
+  refused({"lacking", "frames", "no mask numbered 12", "one mask for every frame"});
+  stage.last = 8 / fps;
+  EXPECT_EQ(compared(), 9u);
+  // Of a folder of pictures, those of the same numbers.
+  stage.videos = {fill("pictures", frames, {5})};
+  stage.cameras = {camera};
+  stage.fps = fps;
+  for (const double last : {0.0, static_cast<double>(frames.size() - 3) / fps}) {
+    stage.last = last;
+    fill("lacking", white, {12});
+    refused({"lacking", "no mask numbered 12"});
+    fill("lacking", white, {5});
+    EXPECT_EQ(compared(), last == 0 ? frames.size() : frames.size() - 2);
+    fill("lacking", white, {});
+    refused({"lacking", "are " + std::to_string(frames.size())});
+  }
+}
+
 TEST_F(FitVideoMask, AnyColourIsBright) {
   const int width = frames[0].width, height = frames[0].height;
   FitStage stage;

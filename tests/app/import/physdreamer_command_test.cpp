@@ -231,6 +231,7 @@ TEST(PhysDreamerCommand, ASceneFolderRunsAsItIsAndItsReleasedFieldsAreTaken) {
   const VelocityFile start = read_velocity(object / "velocity.h5");
   EXPECT_NEAR(start.velocity.front().x(), 0.2 * edge, 1e-6);
   EXPECT_NEAR(start.velocity.front().z(), -0.1 * edge, 1e-6);
+  EXPECT_EQ(start.position, read_particles(object / "particles.h5").driving_position);
 
   // The box that a file holds is where its field lies.
   folder.file("flower/sim_fields.pt", linear_field({0.4f, 0.2f, 0.1f, 0.5f, 0.8f, 0.9f}));

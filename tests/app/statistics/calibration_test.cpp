@@ -37,19 +37,19 @@ TEST(Coverage, CountsTheBandsThatHoldTheTruth) {
 
 TEST(Calibrate, BandsAsStatedNeedNoFactor) {
   const Calibration found = calibrate(rows_of(600, 1), kLevels, 1);
-  EXPECT_NEAR(found.factor, 1, 0.12);
+  EXPECT_NEAR(*found.factor, 1, 0.12);
   for (const CalibrationLevel& level : found.levels) EXPECT_TRUE(level.stated.as_stated) << level.stated.share;
 }
 
 TEST(Calibrate, TheFactorByWhichBandsAreTooNarrowOrTooWideIsFoundOnOneHalfAndHoldsOnTheOther) {
   for (const double wider : {0.4, 2.5}) {
     const Calibration found = calibrate(rows_of(600, wider), kLevels, 1);
-    EXPECT_NEAR(found.factor / wider, 1, 0.12);
+    EXPECT_NEAR(*found.factor / wider, 1, 0.12);
     for (const CalibrationLevel& level : found.levels) {
       EXPECT_FALSE(level.stated.as_stated) << level.stated.share;
       EXPECT_EQ(level.second_half.rows, 300);
-      EXPECT_TRUE(level.with_factor.as_stated) << level.with_factor.share;
-      EXPECT_TRUE(level.with_one_factor.as_stated) << level.with_one_factor.share;
+      EXPECT_TRUE(level.with_factor->as_stated) << level.with_factor->share;
+      EXPECT_TRUE(level.with_one_factor->as_stated) << level.with_one_factor->share;
     }
   }
 }
@@ -61,9 +61,41 @@ TEST(Calibrate, TheFactorCoversNewRowsAsOftenAsStatedForErrorsThatAreNotNormal) 
   for (int r = 0; r < repetitions; ++r) {
     std::vector<StatedBand> rows;
     for (int i = 0; i < 120; ++i) rows.push_back({0, 1, 1, std::tan(M_PI * (Random(r, i).uniform() - 0.5))});
-    covered += calibrate(rows, kLevels, r).levels[1].with_factor.share / repetitions;
+    covered += calibrate(rows, kLevels, r).levels[1].with_factor->share / repetitions;
   }
   EXPECT_NEAR(covered, 0.9 + 0.5 / 61, 0.012);
+}
+
+TEST(Calibrate, ALevelWithoutItsOrderStatisticHasNoFactor) {
+  // Of n rows, the order statistic ceil((n + 1) 0.9) is one of them from n = 9 on.
+  for (const int half : {4, 8, 9}) {
+    const Calibration found = calibrate(rows_of(2 * half, 1), kLevels, 1);
+    ASSERT_TRUE(found.levels[0].factor && found.factor) << half;
+    EXPECT_EQ(found.levels[1].factor.has_value(), half == 9) << half;
+    EXPECT_EQ(found.levels[1].with_factor.has_value(), half == 9) << half;
+    EXPECT_TRUE(found.levels[1].with_one_factor) << half;
+    if (half < 9) {
+      EXPECT_NEAR(*found.factor, *found.levels[0].factor, 1e-12);
+    }
+  }
+}
+
+TEST(Calibrate, EstimatesThatAreTheTruthNeedNoWidth) {
+  std::vector<StatedBand> rows(40, {1, 1, 1, 1});
+  const Calibration exact = calibrate(rows, kLevels, 1);
+  for (const CalibrationLevel& level : exact.levels) EXPECT_EQ(level.factor, 0);
+  EXPECT_FALSE(exact.factor || exact.levels[1].with_one_factor);
+  // Of 40 rows, 4 are one standard deviation off: never a third of a half, mostly a tenth of it.
+  for (int i = 0; i < 40; i += 10) rows[i].truth = 2;
+  int positive = 0;
+  for (uint64_t seed = 0; seed < 8; ++seed) {
+    const Calibration some = calibrate(rows, kLevels, seed);
+    EXPECT_EQ(some.levels[0].factor, 0);
+    if (some.levels[1].factor == 0) continue;
+    EXPECT_NEAR(some.factor.value(), 1 / normal_half_width(0.9), 1e-12);
+    ++positive;
+  }
+  EXPECT_GT(positive, 0);
 }
 
 }  // namespace

@@ -57,6 +57,94 @@ TEST(FitGradient, PartsAndDampingOfATwinAreFound) {
   EXPECT_LT(state.best_loss, 0.01 * state.rows[0].loss + 1e-3);
 }
 
+// A free motion tells E / density: with E known and the total mass kept, where the mass is.
+TEST(FitGradient, TheDistributionOfTheMassOfATwinIsFound) {
+  Problem problem(12);
+  problem.motion.particles.young = problem.twin.particles.young;
+  Particles& heavy = problem.twin.particles;
+  const double before = heavy.total_mass();
+  for (size_t i = 0; i < heavy.size(); ++i) heavy.mass[i] *= problem.part[i] ? 2.0f : 1.0f;
+  const auto share = static_cast<float>(before / heavy.total_mass());
+  for (float& mass : heavy.mass) mass *= share;
+  problem.objective.terms = {
+      {1, std::make_shared<TrackLoss<float>>(problem.twin.film(problem.twin.pins, problem.motion.start, true, 12))}};
+  const PartField field(problem.part, 1);
+  GradientFitFields fields;
+  fields.density = &field;
+  fields.keep_mass = true;
+  GradientFitOptions options;
+  options.iterations = 60;
+  options.density_rate = 0.05;
+  GradientFitState state;
+  state.now.density = {0, 0};
+  fit_gradient(options, problem.motion, problem.objective, fields, state);
+  const Motion<float> found = with_fields(problem.motion, fields, state.best);
+  EXPECT_NEAR(found.particles.total_mass(), before, 1e-6 * before);
+  for (size_t i = 0; i < heavy.size(); i += heavy.size() - 1)
+    EXPECT_NEAR(found.particles.mass[i] / heavy.mass[i], 1, 0.05) << "part " << problem.part[i];
+  options.density_limit = 0.1;
+  GradientFitState bound;
+  bound.now.density = {0, 0};
+  fit_gradient(options, problem.motion, problem.objective, fields, bound);
+  for (const double p : bound.best.density) EXPECT_LE(std::abs(p), 0.1);
+}
+
+TEST(FitGradient, UnderAKnownForceDensityAndStiffnessAreBothFound) {
+  Problem problem(12);
+  Interaction force;
+  force.type = InteractionType::kPointForce;
+  force.vector = {0.02, 0.01, 0};
+  force.duration = 0.1;
+  force.region = Region::half_space(Vec3d(0, 0, 0.07), Vec3d(0, 0, -1));
+  problem.motion.interactions.push_back(force);
+  problem.motion.start = initial_state(problem.motion.particles);
+  Particles& truth = problem.twin.particles;
+  truth = problem.motion.particles;
+  for (float& mass : truth.mass) mass *= 1.5f;
+  for (float& young : truth.young) young *= 0.7f;
+  problem.objective.terms = {{1, std::make_shared<TrackLoss<float>>(
+                                     problem.twin.film(problem.motion.interactions, problem.motion.start, true, 12))}};
+  const PartField field(problem.part.size(), 1);
+  GradientFitFields fields{&field};
+  fields.density = &field;
+  GradientFitOptions options;
+  options.iterations = 80;
+  options.material_rate = options.density_rate = 0.03;
+  GradientFitState state;
+  state.now.material = state.now.density = {0};
+  fit_gradient(options, problem.motion, problem.objective, fields, state);
+  EXPECT_NEAR(state.best.density[0], std::log(1.5), 0.05);
+  EXPECT_NEAR(state.best.material[0], std::log(0.7), 0.05);
+}
+
+// The gradient is that of the loss, also where the mass that one part gains is lost by the other.
+TEST(FitGradient, TheFirstStepGoesDownTheSlopeOfTheDensity) {
+  Problem problem(8);
+  const PartField field(problem.part, 1);
+  for (const bool keep : {false, true}) {
+    GradientFitFields fields;
+    fields.density = &field;
+    fields.keep_mass = keep;
+    const auto loss = [&](double lower, double upper) {
+      GradientFitParameters at;
+      at.density = {lower, upper};
+      return motion_loss(with_fields(problem.motion, fields, at), problem.objective);
+    };
+    constexpr double kStep = 0.02;
+    const double slope[2] = {loss(kStep, 0) - loss(-kStep, 0), loss(0, kStep) - loss(0, -kStep)};
+    GradientFitOptions options;
+    options.iterations = 1;
+    options.growth = 0;
+    options.first_window = 8;
+    GradientFitState state;
+    state.now.density = {0, 0};
+    fit_gradient(options, problem.motion, problem.objective, fields, state);
+    // Adam's first moment is a tenth of the gradient, which is cut to length 1.
+    const double length = std::hypot(slope[0], slope[1]), cut = 0.1 * std::min(1.0, length / (2 * kStep));
+    for (int p = 0; p < 2; ++p) EXPECT_NEAR(state.first_moment[p], cut * slope[p] / length, 0.02 * cut) << keep << p;
+  }
+}
+
 TEST(FitGradient, AtTheBestItStaysThereHoweverLargeTheRates) {
   Problem problem(8);
   const PartField field(problem.part, 1);
@@ -137,13 +225,14 @@ TEST(FitGradient, TheWindowGrowsFromSixFramesToAll) {
 TEST(FitGradient, AStoppedFitContinuesToTheSameNumbersBitForBit) {
   Problem problem(6);
   const PartField material(problem.part, 1), velocity(problem.part, 3);
-  const GradientFitFields fields{&material, &velocity, true};
+  const GradientFitFields fields{&material, &velocity, true, &material, {}, &material, true};
   GradientFitOptions options;
   options.iterations = 6;
   const auto begun = [] {
     GradientFitState state;
     state.now.material = {0, 0};
     state.now.velocity.assign(6, 0.0);
+    state.now.poisson = state.now.density = {0, 0};
     return state;
   };
   GradientFitState whole = begun(), stopped = begun();
@@ -154,6 +243,8 @@ TEST(FitGradient, AStoppedFitContinuesToTheSameNumbersBitForBit) {
   fit_gradient(options, problem.motion, problem.objective, fields, stopped);
   EXPECT_EQ(whole.now.material, stopped.now.material);
   EXPECT_EQ(whole.now.velocity, stopped.now.velocity);
+  EXPECT_EQ(whole.now.poisson, stopped.now.poisson);
+  EXPECT_EQ(whole.now.density, stopped.now.density);
   EXPECT_EQ(whole.best_loss, stopped.best_loss);
 }
 

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <atomic>
+
 #include "fitting/fields/part_field.h"
 #include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -154,6 +157,58 @@ TEST(FitVibration, InterruptedBetweenAnyTwoIterationsItEndsWithTheSameBits) {
     }
     options.known_modes = whole.modes;
   }
+}
+
+TEST(FitVibration, AMinimumThatCannotBeSimulatedIsPassedOver) {
+  const TwinStem twin;
+  PointTracks seen = twin.film(twin.pins, twin.kicked(0.3), true, 30).tracks();
+  // Seen in every fifth frame alone, a vibration looks like faster ones too.
+  for (size_t f = 0; f < seen.weight.size(); ++f)
+    if (f % 5 != 0) seen.weight[f].assign(seen.rest.size(), 0.0);
+  const TrackLoss<float> tracks(seen, twin.drivers, 1, 2);
+  VibrationFitOptions options;
+  options.modes.most = 2;
+  options.search.first = 0;
+  options.search.low = -0.2;
+  options.search.high = options.search.farthest = 1;
+  options.refine.max_iterations = 1;
+  options.most_smooth = 2;
+  std::string said;
+  const auto fit = [&](int unstable, VibrationFitState from = {}, const VibrationFitSink& sink = {}) {
+    std::atomic<int> rollouts = 0;
+    options.stop = [&]() -> bool {
+      if (rollouts++ < unstable) throw numerical_error("simulate", "is unstable", "");
+      return false;
+    };
+    said.clear();
+    return fit_vibration(
+        options, twin.particles, twin.pins, tracks, twin.fps, [&](const std::string& line) { said += line + '\n'; },
+        std::move(from), sink);
+  };
+  const VibrationFit all = fit(0);
+  ASSERT_GE(all.candidate_factor.size(), 2u);
+  EXPECT_EQ(said.find("cannot be simulated"), std::string::npos);
+  VibrationFitState last;
+  const VibrationFit others = fit(1, {}, [&](const VibrationFitState& state) { last = state; });
+  EXPECT_NE(said.find("cannot be simulated"), std::string::npos);
+  EXPECT_EQ(others.candidate_factor, std::vector<double>(all.candidate_factor.begin() + 1, all.candidate_factor.end()));
+  EXPECT_EQ(fit(1, last).start.v, others.start.v) << "and when it goes on";
+  expect_error(Failure::kNumerical, {"is unstable"}, [&] { fit(1000); });
+}
+
+TEST(FitVibration, FramesInWhichNothingWasFollowedAreRefused) {
+  const TwinStem twin;
+  PointTracks seen = twin.film(twin.pins, twin.kicked(0.3), true, 60).tracks();
+  for (size_t f = 0; f < 50; ++f) seen.weight[f].assign(seen.rest.size(), 0.0);
+  VibrationFitOptions options;
+  options.modes.most = 2;
+  options.search.first = 0;
+  options.search.low = -0.1;
+  options.search.high = options.search.farthest = 0.1;
+  options.most_periods = 1;
+  expect_error(Failure::kInput, {"video", "no followed point", "--video-mask"}, [&] {
+    fit_vibration(options, twin.particles, twin.pins, TrackLoss<float>(seen, twin.drivers, 1, 2), twin.fps);
+  });
 }
 
 TEST(FitVibration, ABodyThatStandsStillIsRefused) {

@@ -27,6 +27,7 @@ TEST(FrameNumbers, StepsOfOneSizeAreFrames) {
 TEST(FrameNumbers, MissingOnesKeepTheirPlaceAndAreNamed) {
   const FrameNumbers one = numbered({"f_1.png", "f_2.png", "f_4.png", "f_5.png", "f_8.png"});
   EXPECT_EQ(one.frame, (Frames{0, 1, 3, 4, 7}));
+  EXPECT_EQ(one.missing, "3, 6 to 7");
   EXPECT_NE(one.doubt.find("numbered 3, 6 to 7:"), std::string::npos) << one.doubt;
   const FrameNumbers tens = numbered({"f_0.png", "f_10.png", "f_20.png", "f_40.png"});
   EXPECT_EQ(tens.frame, (Frames{0, 1, 2, 4}));
@@ -51,6 +52,7 @@ TEST(FrameNumbers, OthersAreConsecutive) {
     const FrameNumbers some = numbered(names);
     EXPECT_EQ(some.frame, (Frames{0, 1, 2})) << names[0];
     EXPECT_NE(some.doubt.find("consecutive"), std::string::npos) << some.doubt;
+    EXPECT_EQ(some.missing, "");
   }
   EXPECT_TRUE(numbered({}).frame.empty());
 }

@@ -94,6 +94,18 @@ TEST(ReferenceVideo, TrimmingStartsAtAWholeFrameAndEndsInTime) {
   EXPECT_EQ(load_reference_video(options, folder / "clip.mp4", video_camera_of(64, 48)).warnings.size(), 1u);
 }
 
+TEST(ReferenceVideo, AnExactStartLiesBetweenTwoFrames) {
+  const TemporaryFolder folder;
+  VideoOptions options;
+  options.first = 0.52;
+  options.exact_start = true;
+  const ReferenceVideo video = load_reference_video(options, video_of(folder, 48, 24), video_camera_of(64, 48));
+  EXPECT_EQ(video.start, 0.52);
+  ASSERT_EQ(video.frames.size(), 35u);  // the last frame is at 47 / 24 s
+  EXPECT_EQ(video.blended, 35);
+  for (size_t f = 0; f < 35; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at(0.52 + f / 24.0), 0.006) << f;
+}
+
 TEST(ReferenceVideo, AFolderIsReadInTheOrderOfItsNumbers) {
   const TemporaryFolder folder;
   for (const int f : {7, 8, 9, 10, 11, 12})
