@@ -1,5 +1,6 @@
 #include "app/segment/associated_masks.h"
 
+#include "app/segment/interruption.h"
 #include "app/segment/label_choice.h"
 #include "segmentation/associate/associate.h"
 #include "segmentation/associate/gaga.h"
@@ -16,14 +17,17 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
   if (stage.associate == "never" || stage.label.track) return masks;
   const MaskSet as_labelled = masks;
   const uint32_t rest = labelled ? take_out_rest(masks) : 0;
+  const auto under_way = [&] { stop_if_interrupted(context, "segment"); };
   MaskSet associated;
   if (stage.associate == "gaga") {
-    GagaResult result = associate_by_centres({.held_out = semantic.held_out}, scene.cloud, scene.cameras, masks);
+    GagaResult result = associate_by_centres({.held_out = semantic.held_out, .under_way = under_way}, scene.cloud,
+                                             scene.cameras, masks);
     context.progress.say("segment: association: " + result.summary.describe());
     associated = std::move(result.masks);
   } else {
     AssociateOptions options;
     options.held_out = semantic.held_out;
+    options.under_way = under_way;
     options.footprint.render = semantic.render;
     // What `label` has just made holds in single photos, whatever of it agrees.
     if (stage.associate == "auto" && !labels_photos(stage)) options.keep_above = 0.75;

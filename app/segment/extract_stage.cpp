@@ -77,10 +77,10 @@ struct ChosenClass {
 };
 
 /// Class of the object that the user means by id or name; without a wish the scene file's, else the only one, else the
-/// most prominent.  The rest, the background and supports of the automatic mode count only when they are asked for, or
-/// where there is nothing else.  The scene file does not know the names of a selection or of the automatic mode.
+/// most prominent.  The rest, the background and `supports` of the automatic mode count only when they are asked for,
+/// or where there is nothing else.  The scene file does not know the names of a selection or of the automatic mode.
 ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, const std::string& wish,
-                         const json& segmented) {
+                         const json& segmented, const std::vector<uint32_t>& supports) {
   const std::vector<std::string>& names = segmentation.class_name;
   const bool automatic = segmented.value("automatic", false);
   const bool own_names = automatic || segmented.value("selected", false) || scene.settings.file.empty();
@@ -89,14 +89,16 @@ ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, c
   if (!wish.empty()) return {class_of_object(segmentation, "--object", wish), ""};
   if (!scene_default.empty())
     return {class_of_object(segmentation, scene.settings.file.string() + ": object", scene_default), ""};
-  std::vector<size_t> candidates;
+  std::vector<size_t> all, candidates;
   for (size_t c = 0; c < names.size(); ++c)
-    if (names[c] != "rest" && names[c] != "background" && !(automatic && names[c].starts_with("support_")))
+    if (segmentation.class_id[c] != 0 || names[c] != "unlabelled") all.push_back(c);
+  for (size_t c : all)
+    if (names[c] != "rest" && names[c] != "background" &&
+        std::find(supports.begin(), supports.end(), segmentation.class_id[c]) == supports.end())
       candidates.push_back(c);
   if (candidates.size() == 1) return {candidates[0], ""};
   const bool none = candidates.empty();
-  if (none)
-    for (size_t c = 0; c < names.size(); ++c) candidates.push_back(c);
+  if (none) candidates = all;
   if (candidates.empty())
     throw usage_error("--object", "", "cannot be chosen: the scene has no objects",
                       "point at one with --box, --click or --aabb");
@@ -200,7 +202,11 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
 StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene, const ExtractStage& stage) {
   const json segmented = run.summary("segment", "run `pliant segment SCENE --out DIR` first");
   const Segmentation segmentation = read_objects(run, scene);
-  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented);
+  // The automatic mode knows what stands on what; its rest and its other objects carry nothing.
+  const bool automatic = segmented.value("automatic", false);
+  const std::vector<uint32_t> supports =
+      automatic ? supports_among(read_json(run / "objects.json")) : std::vector<uint32_t>();
+  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented, supports);
   const uint32_t id = segmentation.class_id[chosen.index];
   const std::string& name = segmentation.class_name[chosen.index];
   const std::string& support = scene.settings.support;
@@ -214,8 +220,7 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   in.files["segmentation"] = run / "segmentation.h5";
   in.found = {{"id", id}, {"name", name}};
   if (!chosen.why.empty()) in.found["chosen"] = chosen.why + "; of " + list_of_objects(segmentation);
-  // The automatic mode knows what stands on what; its rest and its other objects carry nothing.
-  if (segmented.value("automatic", false)) in.found["supports"] = supports_among(read_json(run / "objects.json"));
+  if (automatic) in.found["supports"] = supports;
   const std::string folder = folder_of_object(id, name);
   in.outputs = {folder + "/object.ply", "background.ply", "extract.png"};
   return in;

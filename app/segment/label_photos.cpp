@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/segment/interruption.h"
 #include "app/segment/photo_or_render.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -99,8 +100,7 @@ MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOp
   MaskSet masks;
   context.progress.begin("label", static_cast<int>(scene.cameras.size()));
   for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
-    if (context.interrupted())
-      throw Error(Failure::kInterrupted, "label", "", "interrupted", "run the same command again");
+    stop_if_interrupted(context, "label");
     const ImageF picture = photo_or_render(scene, c);
     masks.views.push_back({c, labels.next(picture)});
     write_image(seen / (scene.cameras[c].name + ".jpg"), overlay_ids(picture, masks.views.back().ids));

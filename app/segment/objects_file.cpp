@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
+#include "segmentation/labels/object_names.h"
 #include "segmentation/sheets/feature_picture.h"
 #include "segmentation/sheets/objects_sheet.h"
 
@@ -61,6 +63,7 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
 }
 
 std::string folder_of_object(uint32_t id, std::string name) {
+  name.resize(std::min(name.size(), kLongestName));
   for (char& c : name)
     if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
   return fmt::format("objects/{}_{}", id, name);

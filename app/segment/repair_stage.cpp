@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/attach_scene.h"
+#include "app/segment/interruption.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
@@ -23,7 +24,11 @@ json repair_background(const Context& context, const RunDirectory& run, const St
   options.render.antialiased = in.scene.report.antialiased;
   options.repair_shadow = in.options.shadow == "repair";
   const RepairResult result = repair(
-      options, background, object, cameras, [&](double done) { context.progress.done(static_cast<int>(100 * done)); },
+      options, background, object, cameras,
+      [&](double done) {
+        stop_if_interrupted(context, "repair");
+        context.progress.done(static_cast<int>(100 * done));
+      },
       inpainter.get());
   context.progress.end();
   write_ply(run / "background_repaired.ply", result.background, in.scene.report.antialiased);

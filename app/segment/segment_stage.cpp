@@ -10,6 +10,7 @@
 #include "app/segment/associated_masks.h"
 #include "app/segment/automatic_objects.h"
 #include "app/segment/grouping_objects.h"
+#include "app/segment/interruption.h"
 #include "app/segment/label_choice.h"
 #include "app/segment/object_source.h"
 #include "app/segment/objects_file.h"
@@ -115,8 +116,10 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
   const auto fit_to = [&](const MaskSet& masks) {
     for (const std::string& warning : masks.warnings) context.progress.warn(warning);
     context.progress.begin("segment", options.iterations);
-    result = fit_semantic_field(options, scene.cloud, scene.cameras, masks,
-                                [&](int done, int, double) { context.progress.done(done); });
+    result = fit_semantic_field(options, scene.cloud, scene.cameras, masks, [&](int done, int, double) {
+      stop_if_interrupted(context, "segment");
+      if (done > 0) context.progress.done(done);
+    });
     context.progress.end();
     if (source == ObjectSource::kMasks && result.segmentation.class_id.size() == 1 && stage.mask_zero.empty())
       context.progress.warn(
@@ -202,6 +205,9 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
   if (!learns_from_masks(source) && (stage.iterations || !stage.start_from_vote))
     throw usage_error(stage.iterations ? "--iterations" : "--no-vote", "",
                       "does nothing without masks: a selection and --auto say what every Gaussian is", "leave it out");
+  if (source != ObjectSource::kMasks && (!stage.mask_zero.empty() || stage.associate != "auto"))
+    throw usage_error(stage.mask_zero.empty() ? "--associate" : "--mask-zero", "",
+                      "does nothing: the scene has no masks to learn from", "give --masks FOLDER, or leave it out");
   StageInputs<SegmentStage> in;
   in.options = stage;
   in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp};

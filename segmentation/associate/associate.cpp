@@ -17,8 +17,10 @@ namespace {
 void add_footprints(const AssociateOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
                     const MaskSet& masks, std::span<const size_t> order, std::map<size_t, ViewFootprints>& views) {
   for (size_t v : order)
-    if (!views.count(v))
+    if (!views.count(v)) {
+      if (options.under_way) options.under_way();
       views[v] = footprints(options.footprint, cloud, cameras[masks.views[v].camera], masks.views[v]);
+    }
 }
 
 /// Agreement of the ids between some views, spread evenly.
@@ -48,14 +50,14 @@ IdTally tally_of(const GroupBank& bank, const std::vector<ViewFootprints>& views
 /// Ids of the groups that hold a mask, those that they keep among them; 0 for those that lost all of theirs.
 std::vector<uint32_t> ids_of_groups(const IdTally& tally, const std::vector<uint32_t>& kept) {
   std::vector<uint32_t> id = kept;
-  uint32_t last = kept.empty() ? 0 : *std::max_element(kept.begin(), kept.end());
+  std::set<uint32_t> used(kept.begin(), kept.end());
   std::vector<int> by_size(kept.size());
   std::iota(by_size.begin(), by_size.end(), 0);
   std::stable_sort(by_size.begin(), by_size.end(), [&](int a, int b) { return tally.whole(a) > tally.whole(b); });
   for (int g : by_size) {
     if (tally.whole(g) == 0 || id[g] != 0) continue;
-    if (last == UINT32_MAX) throw input_error("masks", "", "use the id 4294967295 of 32 bits", "use smaller ids");
-    id[g] = ++last;
+    id[g] = free_id(used);
+    used.insert(id[g]);
   }
   return id;
 }
@@ -122,6 +124,7 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
   std::vector<MaskSet::View> relabelled(masks.views.size());
   int clean = 0;
   for (size_t v = 0; v < views.size(); ++v) {
+    if (options.under_way) options.under_way();
     const MaskSet::View& in = masks.views[order[v]];
     MaskSet::View& out = relabelled[order[v]];
     out = {in.camera, IdImage(in.ids.width, in.ids.height, 1)};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct AssociateOptions {
   double keep_above = 2;      ///< masks whose ids agree between views at more than this share are kept as they are
   int judged_views = 12;      ///< views, spread evenly, by which that is judged; what is below is judged by all
   std::vector<int> held_out;  ///< cameras whose masks are never looked at
+  std::function<void()> under_way = {};  ///< called before each view that is looked at; may throw
 };
 
 struct AssociateSummary {
@@ -50,7 +52,7 @@ struct AssociateResult {
 /// and all masks are assigned anew by their overlap with the groups, until nothing changes.  A mask that covers several
 /// groups is cut along them, several masks of one view may belong to one group, and unlabelled pixels say nothing.
 /// Every step treats all views alike: the result does not depend on the order of views or of ids inside a view.
-/// A group keeps an id that carries most of it and lies mostly in it; others are numbered from the largest one on.
+/// A group keeps an id that carries most of it and lies mostly in it; others are numbered by free_id.
 AssociateResult associate(const AssociateOptions& options, const GaussianCloud& cloud,
                           const std::vector<Camera>& cameras, const MaskSet& masks);
 

@@ -81,6 +81,7 @@ GagaResult associate_by_centres(const GagaOptions& options, const GaussianCloud&
   };
   std::vector<Assigned> assigned;  // masks of all views
   for (const size_t v : order) {
+    if (options.under_way) options.under_way();
     const MaskSet::View& in = masks.views[v];
     std::vector<uint32_t> id;
     const std::vector<int> mask = masks_of_pixels(in.ids, id);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct GagaOptions {
   float front = 0.2f;         ///< share of the centres of a mask in a patch, the nearest ones, that count; at least one
   float overlap = 0.1f;       ///< least score at which a mask joins a group
   std::vector<int> held_out;  ///< cameras whose masks are never looked at
+  std::function<void()> under_way = {};  ///< called before each view that is looked at; may throw
 };
 
 struct GagaSummary {

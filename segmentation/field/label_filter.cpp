@@ -33,7 +33,7 @@ MaskSet few_views(const MaskSet& masks) {
 }  // namespace
 
 double best_label_filter(const SemanticOptions& options, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
-                         const MaskSet& masks) {
+                         const MaskSet& masks, const SemanticProgress& progress) {
   const double start = options.render.screen_variance;
   MaskSet learnt;
   std::vector<int> others;
@@ -50,10 +50,13 @@ double best_label_filter(const SemanticOptions& options, const GaussianCloud& cl
   quick.find_filter = false;
   quick.start_from_vote = true;
   quick.iterations = kRounds * static_cast<int>(learnt.views.size());
+  const auto under_way = [&](int, int, double) {
+    if (progress) progress(0, options.iterations, 0);
+  };
   const auto variance = [&](int step) { return start * std::pow(0.5, 0.5 * step); };
   const auto wrong_pixels = [&](int step) {
     quick.render.screen_variance = variance(step);
-    const Segmentation found = fit_semantic_field(quick, cloud, cameras, learnt).segmentation;
+    const Segmentation found = fit_semantic_field(quick, cloud, cameras, learnt, under_way).segmentation;
     size_t wrong = 0;
     for (size_t v = 0; v < others.size(); ++v) {
       const IdImage drawn = render_ids(found, cloud, cameras[others[v]]);

@@ -87,10 +87,11 @@ class Fit {
       : options_(options), cloud_(cloud), cameras_(cameras) {}
 
   /// Weights of every view once: votes over all pixels, rows of the chosen pixels into the cache.
-  void prepare(const MaskSet& masks, const std::vector<uint32_t>& class_id, ClassVotes& votes,
-               SemanticSummary& summary) {
+  void prepare(const MaskSet& masks, const std::vector<uint32_t>& class_id, ClassVotes& votes, SemanticSummary& summary,
+               const SemanticProgress& progress) {
     total_.assign(cloud_.size(), 0.0f);
     for (const MaskSet::View& mask : masks.views) {
+      if (progress) progress(0, options_.iterations, 0);
       TrainingView view;
       view.camera = mask.camera;
       const BlendWeights weights = blend_weights(cloud_, cameras_[mask.camera], options_.render);
@@ -244,9 +245,12 @@ SemanticResult fit_semantic_field(const SemanticOptions& given, const GaussianCl
                });
   std::stable_sort(training.views.begin(), training.views.end(),
                    [](const auto& a, const auto& b) { return a.camera < b.camera; });
+  if (training.views.empty() && !given.held_out.empty())
+    throw input_error("masks", "", "are all of cameras that --hold-out holds out",
+                      "add masks of other photos, or leave --hold-out out");
   SemanticOptions options = given;
   if (given.find_filter && given.iterations > 0)
-    options.render.screen_variance = best_label_filter(given, cloud, cameras, training);
+    options.render.screen_variance = best_label_filter(given, cloud, cameras, training, progress);
   result.summary.screen_variance = segmentation.screen_variance = options.render.screen_variance;
   segmentation.antialiased = options.render.antialiased;
   segmentation.class_id = training.ids();
@@ -256,7 +260,7 @@ SemanticResult fit_semantic_field(const SemanticOptions& given, const GaussianCl
 
   Fit fit(options, cloud, cameras);
   ClassVotes votes(cloud.size());
-  fit.prepare(training, segmentation.class_id, votes, result.summary);
+  fit.prepare(training, segmentation.class_id, votes, result.summary, progress);
   if (result.summary.views == 0)
     throw input_error("masks", "", "no usable view contains an ID above 0", "label at least one object");
 

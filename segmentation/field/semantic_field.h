@@ -49,7 +49,8 @@ struct SemanticResult {
   SemanticSummary summary;
 };
 
-/// Called after an iteration with its loss.
+/// Called after an iteration with its loss, and with iteration 0 and loss 0 before each view that is prepared; may
+/// throw.
 using SemanticProgress = std::function<void(int iteration, int iterations, double loss)>;
 
 /// The semantic attribute of every Gaussian and the shared classifier (Sim Anything supplement, eq. 1, with frozen

@@ -59,8 +59,8 @@ uint32_t take_out_rest(MaskSet& masks) {
 }
 
 void put_back_rest(const MaskSet& before, uint32_t rest, MaskSet& after) {
-  uint32_t fresh = 1;
-  for (const uint32_t id : after.ids()) fresh = std::max(fresh, id + 1);
+  const std::vector<uint32_t> ids = after.ids();
+  const uint32_t fresh = free_id({ids.begin(), ids.end()});
   for (MaskSet::View& view : after.views) {
     const auto same = std::find_if(before.views.begin(), before.views.end(),
                                    [&](const MaskSet::View& v) { return v.camera == view.camera; });

@@ -13,15 +13,21 @@
 namespace pliant {
 namespace fs = std::filesystem;
 
+namespace {
+
+void add_ids(const IdImage& picture, std::set<uint32_t>& found) {
+  uint32_t last = 0;
+  for (uint32_t id : picture.data) {
+    if (id != last && id != 0) found.insert(id);
+    last = id;
+  }
+}
+
+}  // namespace
+
 std::vector<uint32_t> MaskSet::ids() const {
   std::set<uint32_t> found;
-  for (const View& view : views) {
-    uint32_t last = 0;
-    for (uint32_t id : view.ids.data) {
-      if (id != last && id != 0) found.insert(id);
-      last = id;
-    }
-  }
+  for (const View& view : views) add_ids(view.ids, found);
   return {found.begin(), found.end()};
 }
 
@@ -51,9 +57,17 @@ std::map<uint32_t, std::string> read_label_names(const fs::path& file) {
   return names;
 }
 
+uint32_t free_id(const std::set<uint32_t>& used) {
+  const uint32_t last = used.empty() ? 0 : *used.rbegin();
+  if (last < kLargestId) return last + 1;
+  uint32_t id = 1;
+  while (used.count(id)) ++id;
+  return id;
+}
+
 uint32_t label_background(MaskSet& masks) {
   const std::vector<uint32_t> ids = masks.ids();
-  const uint32_t background = ids.empty() ? 1 : ids.back() + 1;
+  const uint32_t background = free_id({ids.begin(), ids.end()});
   for (MaskSet::View& view : masks.views) std::replace(view.ids.data.begin(), view.ids.data.end(), 0u, background);
   masks.names[background] = "background";
   return background;
@@ -85,7 +99,9 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
   if (!fs::is_directory(folder))
     throw input_error(folder.string(), "masks", "is not a folder",
                       "give a folder with one ID mask per photo, or select with --aabb or --sphere");
+  constexpr size_t kMostIds = 20000;
   MaskSet masks;
+  std::set<uint32_t> found;
   std::vector<std::string> missing;
   for (size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
@@ -96,6 +112,11 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
     }
     IdImage ids = read_ids(file);
     check_mask_size(file, ids.width, ids.height, camera, fit != nullptr);
+    add_ids(ids, found);
+    if (found.size() > kMostIds)
+      throw input_error(folder.string(), "",
+                        "has " + std::to_string(found.size()) + " or more different IDs: these look like photos",
+                        "give a folder of ID masks");
     masks.views.push_back({static_cast<int>(c), fit ? fit(ids, static_cast<int>(c)) : std::move(ids)});
   }
   const bool binary = masks.views.empty();

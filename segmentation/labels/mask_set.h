@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,17 +31,20 @@ using FitMask = std::function<IdImage(const IdImage& ids, int camera)>;
 
 /// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), else binary
 /// pictures in folders (mask_layouts.h).  Cameras without a mask are warned about; no mask at all, an unreadable
-/// picture or one of another size is an Error{kInput}.  `labels`: JSON object id -> name, may be empty; where folders
-/// name the objects, only a file among them is read.  Binary pictures of one object alone also show what it is not:
-/// other pixels become the background.  With `fit`, pictures may have any size of their camera's shape, and become what
-/// it returns as soon as they are read.
+/// picture, one of another size or with as many ids as a photo has colours is an Error{kInput}.  `labels`: JSON object
+/// id -> name, may be empty; where folders name the objects, only a file among them is read.  Binary pictures of one
+/// object alone also show what it is not: other pixels become the background.  With `fit`, pictures may have any size
+/// of their camera's shape, and become what it returns as soon as they are read.
 MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                    const std::vector<Camera>& cameras, const FitMask& fit = {});
 
 /// Names of labels.json: a JSON object id -> name.
 std::map<uint32_t, std::string> read_label_names(const std::filesystem::path& file);
 
-/// Gives pixels of id 0 an id of their own, one above all others, named "background"; returns it.
+/// An id that is not used yet: one above all others, or the lowest one where an id picture holds none above.
+uint32_t free_id(const std::set<uint32_t>& used);
+
+/// Gives pixels of id 0 an id of their own, see free_id, named "background"; returns it.
 uint32_t label_background(MaskSet& masks);
 
 }  // namespace pliant

@@ -169,6 +169,10 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
     edit.name = text.substr(at + 1);
     if (edit.name.find_first_not_of("0123456789") == std::string::npos)
       throw refuse("is a name that could be an ID", "give a name with a letter in it");
+    if (edit.name.size() > kLongestName)
+      throw refuse("is a name of " + std::to_string(edit.name.size()) + " bytes",
+                   "give one of at most " + std::to_string(kLongestName));
+    if (!is_utf8(edit.name)) throw refuse("is a name that is not UTF-8", "write it in UTF-8");
     for (char c : edit.name)
       if (static_cast<unsigned char>(c) < 32 || c == ',')
         throw refuse("is a name with a comma or an unprintable character", "leave it out");

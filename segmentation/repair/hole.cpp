@@ -67,13 +67,14 @@ class Sight {
 
 Observation observe(const HoleOptions& options, const GaussianCloud& background, const GaussianCloud& object,
                     const std::vector<Camera>& cameras, const std::vector<int>& views,
-                    const RenderOptions& render_options) {
+                    const RenderOptions& render_options, const std::function<void()>& under_way) {
   GaussianCloud scene = background;
   scene.append(object);
   Observation observation;
   observation.view = views;
   Sight sight(options, background, render_options);
   for (int camera : views) {
+    if (under_way) under_way();
     const BlendWeights W = blend_weights(scene, cameras[camera], render_options);
     sight.add_view(W, cameras[camera]);
     ImageF seen(W.width, W.height, 1), depth(W.width, W.height, 1);
@@ -97,8 +98,11 @@ Observation observe(const HoleOptions& options, const GaussianCloud& background,
     observation.outside.push_back(std::move(outside));
     observation.ignored.push_back(ImageU8(W.width, W.height, 1));
   }
-  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera)
-    if (std::find(views.begin(), views.end(), camera) == views.end()) sight.add_camera(scene, cameras[camera]);
+  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
+    if (std::find(views.begin(), views.end(), camera) != views.end()) continue;
+    if (under_way) under_way();
+    sight.add_camera(scene, cameras[camera]);
+  }
   observation.unobserved = sight.unobserved();
   return observation;
 }

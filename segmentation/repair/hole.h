@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "gaussians/base/camera.h"
@@ -29,10 +30,10 @@ struct Observation {
   std::vector<ImageU8> ignored;   ///< [V] 1 = the object was seen against nothing: never a hole
   std::vector<float> unobserved;  ///< [background] 1 = never observed while the object was there
 };
-/// Looks at `views`; the other cameras only tell what was observed.
+/// Looks at `views`; the other cameras only tell what was observed.  `under_way` is called before each; it may throw.
 Observation observe(const HoleOptions& options, const GaussianCloud& background, const GaussianCloud& object,
                     const std::vector<Camera>& cameras, const std::vector<int>& views,
-                    const RenderOptions& render_options = {});
+                    const RenderOptions& render_options = {}, const std::function<void()>& under_way = {});
 
 /// One view after removal.
 struct HoleView {

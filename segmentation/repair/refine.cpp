@@ -105,7 +105,8 @@ double error_inside(const std::vector<Crop>& crops, const RenderOptions& render_
 }  // namespace
 
 RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new,
-                     GaussianCloud& cloud, const RenderOptions& render_options) {
+                     GaussianCloud& cloud, const RenderOptions& render_options,
+                     const std::function<void()>& under_way) {
   RefineSummary summary;
   std::vector<Crop> crops;
   if (options.rounds > 0 && first_new < cloud.size())
@@ -122,6 +123,7 @@ RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>
     // Rates fall to a tenth, so that the last views do not pull alone.
     const float rate = std::pow(0.1f, static_cast<float>(round) / static_cast<float>(options.rounds));
     for (Crop& part : crops) {
+      if (under_way) under_way();
       put(now, part.first_new, part.cloud);
       RenderTape<float> tape;
       const RenderResult picture = render(part.cloud, part.camera, render_options, {}, 0, &tape);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "gaussians/base/camera.h"
@@ -35,7 +36,9 @@ struct RefineSummary {
 /// Makes the Gaussians from `first_new` on reproduce the filled views: descends on the mean squared difference in the
 /// holes and a ring around them, through the reverse pass of the renderer, over their colour, opacity and scale.  All
 /// others enter the pictures and are left bit for bit as they are.  Equal for any number of threads.
+/// `under_way` is called before each step; it may throw.
 RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>& views, size_t first_new,
-                     GaussianCloud& cloud, const RenderOptions& render_options = {});
+                     GaussianCloud& cloud, const RenderOptions& render_options = {},
+                     const std::function<void()>& under_way = {});
 
 }  // namespace pliant

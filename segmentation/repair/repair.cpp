@@ -72,18 +72,22 @@ int support_plane(const Surfaces& surfaces, const std::vector<HoleGeometry>& geo
 class Repair {
  public:
   Repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
-         const std::vector<Camera>& cameras, Inpainter* inpainter)
-      : options_(options), removed_(removed), cameras_(cameras), inpainter_(inpainter) {
+         const std::vector<Camera>& cameras, const std::function<void(double done)>& report, Inpainter* inpainter)
+      : options_(options), removed_(removed), cameras_(cameras), report_(report), inpainter_(inpainter) {
     result_.background = background;
     summary_.views = choose_views(cameras, options.max_views);
-    observation_ = observe(options.hole, background, removed, cameras, summary_.views, options.render);
+    observation_ =
+        observe(options.hole, background, removed, cameras, summary_.views, options.render, [&] { report_(0); });
     summary_.unobserved =
         static_cast<size_t>(std::count(observation_.unobserved.begin(), observation_.unobserved.end(), 1.0f));
   }
 
   void find_holes() {
     before_.resize(views());
-    for (size_t v = 0; v < views(); ++v) before_[v] = hole(v);
+    for (size_t v = 0; v < views(); ++v) {
+      before_[v] = hole(v);
+      report_(0.3 + 0.2 * static_cast<double>(v) / static_cast<double>(views()));
+    }
     result_.replaced = uncovered_guesses(result_.background, observation_, before_, cameras_);
     if (!result_.replaced.empty()) {
       take_out(result_.replaced);
@@ -123,6 +127,7 @@ class Repair {
     if (inpainter_) return;
     for (size_t k = 0; k < planes_.size(); ++k) {
       if (planes_[k].picture.empty()) continue;
+      report_(0.5 + 0.2 * static_cast<double>(k) / count);
       fill_from_texture(planes_[k], options_.exemplar);
       add_texels(k, planes_[k].colored);
     }
@@ -139,6 +144,7 @@ class Repair {
       const size_t v = largest_hole(done);
       if (v == views() || now_[v].pixels < options_.min_pixels) return;
       done[v] = 1;
+      report_(0.7 + 0.1 * turn / options_.max_view_patches);
       fill_view(v);
     }
   }
@@ -149,7 +155,8 @@ class Repair {
       measure(v);
       wanted.push_back(show_planes(planes_, now_[v].picture.color, before_[v].hole, geometry_[v], camera(v)));
     }
-    summary_.refinement = refine(options_.refine, wanted, result_.first_new, result_.background, options_.render);
+    summary_.refinement =
+        refine(options_.refine, wanted, result_.first_new, result_.background, options_.render, [&] { report_(0.8); });
     if (summary_.refinement.kept) ++patches_;
   }
 
@@ -232,6 +239,7 @@ class Repair {
   const RepairOptions& options_;
   const GaussianCloud& removed_;
   const std::vector<Camera>& cameras_;
+  const std::function<void(double done)>& report_;
   Inpainter* inpainter_;
   RepairResult result_;
   RepairSummary& summary_ = result_.summary;
@@ -276,7 +284,7 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
                     const std::vector<Camera>& cameras, const std::function<void(double done)>& progress,
                     Inpainter* inpainter) {
   const auto start = std::chrono::steady_clock::now();
-  auto report = [&](double done) {
+  const std::function<void(double done)> report = [&](double done) {
     if (progress) progress(done);
   };
   if (background.size() == 0 || removed.size() == 0 || cameras.empty()) {
@@ -285,7 +293,7 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
     untouched.first_new = background.size();
     return untouched;
   }
-  Repair work(options, background, removed, cameras, inpainter);
+  Repair work(options, background, removed, cameras, report, inpainter);
   report(0.3);
   work.find_holes();
   report(0.5);

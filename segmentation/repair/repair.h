@@ -61,7 +61,8 @@ struct RepairResult {
 /// are. Surfaces around the hole are continued as planes with their own texture, what is left is filled view by view,
 /// largest hole first.  With an inpainter, the view with the largest hole is filled by it and carried to the others on
 /// the planes (or at the depth of the surroundings), then what is still open in the view with most of it, and so on.
-/// Last, the new Gaussians are refined against the filled views.
+/// Last, the new Gaussians are refined against the filled views.  `progress` is called on the same thread; it may
+/// throw.
 RepairResult repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
                     const std::vector<Camera>& cameras, const std::function<void(double done)>& progress = {},
                     Inpainter* inpainter = nullptr);

@@ -12,6 +12,7 @@ namespace pliant {
 namespace {
 
 constexpr int kCrop = 180, kCaption = 40, kGap = 8;
+constexpr size_t kMostObjects = 200;
 
 /// An ImageF's pixels as an OpenCV matrix that shares them.
 cv::Mat view_of(ImageF& image) { return cv::Mat(image.height, image.width, CV_32FC3, image.data.data()); }
@@ -61,6 +62,16 @@ cv::Mat crop_of(const cv::Mat& picture, const cv::Rect& wanted) {
   picture(inside).copyTo(square(cv::Rect(inside.x - wanted.x, inside.y - wanted.y, inside.width, inside.height)));
   cv::resize(square, out, {kCrop, kCrop}, 0, 0, side > kCrop ? cv::INTER_AREA : cv::INTER_CUBIC);
   return out;
+}
+
+/// The objects with the most Gaussians, as many as a sheet shows, in their order.
+std::vector<ObjectEntry> largest_objects(std::vector<ObjectEntry> objects) {
+  if (objects.size() <= kMostObjects) return objects;
+  const auto larger = [](const auto& a, const auto& b) { return a.gaussians > b.gaussians; };
+  std::stable_sort(objects.begin(), objects.end(), larger);
+  objects.resize(kMostObjects);
+  std::sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return objects;
 }
 
 }  // namespace
@@ -132,10 +143,15 @@ ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& clou
   ImageF top = overlay_ids(picture(overview), looked_at[overview]);
   const int per_row = std::max(1, (std::max(top.width, 4 * (kCrop + kGap)) + kGap) / (kCrop + kGap));
   const int width = std::max(top.width + 2 * kGap, per_row * (kCrop + kGap) + kGap);
-  const std::vector<ObjectEntry> objects = list_objects(segmentation, cloud.position);
+  const std::vector<ObjectEntry> objects = largest_objects(list_objects(segmentation, cloud.position));
+  const size_t left_out = segmentation.class_id.size() - objects.size();
   const int rows = (static_cast<int>(objects.size()) + per_row - 1) / per_row;
-  ImageF image(width, top.height + 2 * kGap + rows * (kCrop + kCaption + kGap), 3, 0.1f);
+  const int bottom = top.height + 2 * kGap + rows * (kCrop + kCaption + kGap);
+  ImageF image(width, bottom + (left_out > 0 ? kCaption : 0), 3, 0.1f);
   cv::Mat sheet = view_of(image);
+  if (left_out > 0)
+    write(sheet, std::to_string(left_out) + " smaller objects are not shown", kGap, bottom + 16, 0.5,
+          cv::Scalar::all(0.8));
   view_of(top).copyTo(sheet(cv::Rect((width - top.width) / 2, kGap, top.width, top.height)));
 
   std::vector<SheetCell> shown = {{(width - top.width) / 2, kGap, top.width, top.height, overview, 0, 0, 1}};

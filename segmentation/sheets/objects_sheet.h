@@ -23,9 +23,9 @@ struct SheetCell {
 };
 
 /// Contact sheet for objects.png: the view that shows most objects with ids laid over it, and below a crop of every
-/// object from the view that shows it largest, with id, name and confidence.  `picture` gives the photo of a camera,
-/// or a render where there is none.  At most `max_views` cameras, evenly chosen, are looked at.  `cells` gets what is
-/// where.
+/// object, at most the 200 with the most Gaussians, from the view that shows it largest, with id, name and confidence.
+/// `picture` gives the photo of a camera, or a render where there is none.  At most `max_views` cameras, evenly chosen,
+/// are looked at.  `cells` gets what is where.
 ImageF objects_sheet(const Segmentation& segmentation, const GaussianCloud& cloud, const std::vector<Camera>& cameras,
                      const std::function<ImageF(int camera)>& picture, int max_views = 12,
                      std::vector<SheetCell>* cells = nullptr);

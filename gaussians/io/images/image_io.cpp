@@ -44,6 +44,16 @@ void encode(const fs::path& file, const cv::Mat& picture) {
   });
 }
 
+/// Whether any pixel of an 8-bit picture is not grey.
+bool is_colored(const cv::Mat& picture) {
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
+      const uint8_t* bgr = picture.ptr<uint8_t>(y) + static_cast<size_t>(x) * picture.elemSize();
+      if (bgr[0] != bgr[1] || bgr[1] != bgr[2]) return true;
+    }
+  return false;
+}
+
 }  // namespace
 
 ImageF read_image(const fs::path& file) {
@@ -112,17 +122,18 @@ IdImage read_ids(const fs::path& file) {
         "is not an ID mask: it has " + std::to_string(picture.channels()) + " channels of an unexpected depth",
         "use PNG with one channel of 8 or 16 bit, or 8-bit RGB");
   }
+  const bool coded = rgb && is_colored(picture);
   IdImage ids(picture.cols, picture.rows, 1);
   for (int y = 0; y < ids.height; ++y) {
     const uint8_t* row = picture.ptr<uint8_t>(y);
     for (int x = 0; x < ids.width; ++x) {
       const uint8_t* bgr = row + static_cast<size_t>(x) * picture.elemSize();
-      if (picture.type() == CV_8UC1)
-        ids(x, y) = *bgr;
+      if (coded)
+        ids(x, y) = bgr[2] + 256u * bgr[1] + 65536u * bgr[0];
       else if (picture.type() == CV_16UC1)
         ids(x, y) = picture.at<uint16_t>(y, x);
       else
-        ids(x, y) = bgr[2] + 256u * bgr[1] + 65536u * bgr[0];
+        ids(x, y) = *bgr;
     }
   }
   return ids;
@@ -130,7 +141,7 @@ IdImage read_ids(const fs::path& file) {
 
 void write_ids(const fs::path& file, const IdImage& ids) {
   const uint32_t largest = ids.data.empty() ? 0 : *std::max_element(ids.data.begin(), ids.data.end());
-  CHECK_MSG(largest < (1u << 24), "IDs above 16777215 do not fit into an image");
+  CHECK_MSG(largest <= kLargestId, "IDs above 16777215 do not fit into an image");
   cv::Mat picture(ids.height, ids.width, largest < 256 ? CV_8UC1 : largest < 65536 ? CV_16UC1 : CV_8UC3);
   for (int y = 0; y < ids.height; ++y) {
     for (int x = 0; x < ids.width; ++x) {

@@ -15,8 +15,10 @@ ImageU8 to_8_bit(const ImageF& image);
 void write_image(const std::filesystem::path& file, const ImageF& image);
 /// Writes one channel, in [0, 1], as grey PNG of 16 bit; atomic.
 void write_grey_16(const std::filesystem::path& file, const ImageF& image);
+/// The largest id that a picture holds.
+constexpr uint32_t kLargestId = (1u << 24) - 1;
 /// Reads an id picture: PNG with 8 or 16 bits and one channel (value = id), with a palette (index = id), or RGB with
-/// id = R + 256 G + 65536 B, as DEVA writes.
+/// id = R + 256 G + 65536 B, as DEVA writes; where R = G = B in all pixels, it is one channel that was saved as RGB.
 IdImage read_ids(const std::filesystem::path& file);
 /// Writes ids as 8-bit PNG when they fit, else 16-bit, else RGB.
 void write_ids(const std::filesystem::path& file, const IdImage& ids);

@@ -42,6 +42,17 @@ TEST(AutomaticSegmentation, FindsWhatStandsOnTheTableWithNoMasksAndNoPrompts) {
   const json scores = json::parse(read_text(score));
   for (const auto& [id, row] : scores.at("per_id").items()) EXPECT_GT(row.at("iou"), 0.7) << row.dump();
 
+  // A support is no object to cut, whatever either is called.
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "support_1=table", "--name", "support_2=wall", "--name",
+                         "object_1=support_arm"}),
+            0);
+  ASSERT_EQ(run_quietly({"extract", out}), 0);
+  const json cut = json::parse(read_text(folder / "run/run.json"))["stages"]["extract"]["summary"];
+  EXPECT_NE(cut.value("chosen", "").find("most prominent of 4 objects"), std::string::npos) << cut.dump();
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "table=support_1", "--name", "wall=support_2", "--name",
+                         "support_arm=object_1"}),
+            0);
+
   // Of the labels, only supports carry an object.
   const auto change = [&](const std::string& name, const std::string& kind) {
     json objects = json::parse(read_text(folder / "run/objects.json"));

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/segment/objects_file.h"
 #include "app/store/segmentation.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
@@ -102,6 +103,13 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
   EXPECT_EQ(read_json(run / "objects.json"), before);
   EXPECT_FALSE(read_json(run / "run.json").contains("edits"));
+}
+
+TEST(SegmentEdit, FoldersOfObjectsAreNamedWithinWhatFileSystemsTake) {
+  const std::string folder = folder_of_object(7, std::string(300, 'a'));
+  EXPECT_LE(std::filesystem::path(folder).filename().string().size(), 120u);
+  EXPECT_NE(folder, folder_of_object(8, std::string(300, 'a')));
+  EXPECT_EQ(folder_of_object(7, "big vase"), "objects/7_big_vase");
 }
 
 }  // namespace

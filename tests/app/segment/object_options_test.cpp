@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/run/attach_scene.h"
+#include "app/segment/repair_stage.h"
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "gaussians/io/cameras/cameras.h"
@@ -112,6 +114,18 @@ TEST(ExtractOptions, TheBackgroundIsCutOnlyWhenItIsAskedFor) {
   EXPECT_EQ(summary(out / "run", "extract")["name"], "background");
 }
 
+TEST(ExtractOptions, WhereEveryObjectWasDroppedThereIsNothingToCut) {
+  const TemporaryFolder out;
+  write_made_scene(out / "scene", made_scene(two_balls()), "", {300});
+  const std::string run = (out / "run").string();
+  ASSERT_EQ(run_quietly({"segment", (out / "scene").string(), "--out", run, "--iterations", "0"}), 0);
+  ASSERT_EQ(run_quietly({"segment", "edit", run, "--drop", "300"}), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"extract", run}), 2);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("the scene has no objects"), std::string::npos) << said;
+}
+
 /// A run on two balls, the first (object 300) with a contact shadow, that every test works on a copy of.
 class OneBall : public ::testing::Test {
  protected:
@@ -156,6 +170,19 @@ TEST_F(OneBall, ShadowKeepLeavesTheColoursOfTheSupport) {
   EXPECT_EQ(brightened(), 0u);
   EXPECT_EQ(summary(run, "repair")["shadow_gaussians"], 0);
   EXPECT_NE(summary(run, "repair")["shadow"].get<std::string>().find("kept"), std::string::npos);
+}
+
+TEST_F(OneBall, RepairStopsAtTheFirstChanceWhenItIsAskedTo) {
+  const TemporaryFolder out;
+  RunDirectory run = RunDirectory::open(copy_of_run(out));
+  const Scene scene = load_run_scene(run);
+  Progress progress(true);
+  int asked = 0;
+  const Context context{progress, [&] { return ++asked > 0; }};
+  expect_error(Failure::kInterrupted, {"repair", "run the same command again"},
+               [&] { run_repair(context, run, scene, {}); });
+  EXPECT_EQ(asked, 1);
+  EXPECT_FALSE(fs::exists(run / "background_repaired.ply"));
 }
 
 constexpr float kSoftAbove = 0.25f;  // a third of the ball

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "app/run/attach_scene.h"
+#include "app/segment/segment_stage.h"
 #include "tests/app/painted_demo.h"
 #include "tests/temporary_folder.h"
 
@@ -61,6 +64,41 @@ TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
   for (const json& object : json::parse(read_text(out / "zero/objects.json")))
     (object["name"] == "background" ? background : flower) = object["gaussians"];
   EXPECT_GT(background, 2 * flower);
+}
+
+TEST_F(SegmentOptions, OptionsOfMasksAreRefusedWhereTheSceneHasNone) {
+  const TemporaryFolder out;
+  fs::copy(folder / "scene", out / "scene", fs::copy_options::recursive);
+  json settings = json::parse(read_text(out / "scene/scene.json"));
+  settings.erase("masks");
+  write_text(out / "scene/scene.json", settings.dump());
+  for (const auto& [option, value] :
+       std::map<std::string, std::string>{{"--mask-zero", "background"}, {"--associate", "always"}}) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_quietly({"segment", (out / "scene").string(), "--out", (out / "run").string(), option, value}), 2);
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find(option), std::string::npos) << said;
+    EXPECT_NE(said.find("--masks FOLDER"), std::string::npos) << said;
+  }
+}
+
+TEST_F(SegmentOptions, StopsWhenAskedToInTheMiddleAndKeepsWhatThereIs) {
+  const TemporaryFolder out;
+  ASSERT_EQ(segment(out / "run", {"--iterations", "0"}), 0);
+  const std::string before = read_text(out / "run/segmentation.h5");
+  RunDirectory run = RunDirectory::open(out / "run");
+  const Scene scene = load_run_scene(run);
+  for (const int most : {0, 1, 6, 40}) {  // in the association, the preparation and the iterations
+    Progress progress(true);
+    int asked = 0;
+    const Context context{progress, [&] { return ++asked > most; }};
+    SegmentStage stage;
+    stage.associate = "always";
+    expect_error(Failure::kInterrupted, {"segment", "run the same command again"},
+                 [&] { run_segment(context, run, scene, stage); });
+    EXPECT_EQ(asked, most + 1);
+  }
+  EXPECT_EQ(read_text(out / "run/segmentation.h5"), before);
 }
 
 TEST_F(SegmentOptions, NamesBesideTheMasksStayWithTheirIds) {

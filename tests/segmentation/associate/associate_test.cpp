@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "gaussians/io/images/image_io.h"
 #include "segmentation/associate/gaga.h"
 #include "segmentation/field/semantic_field.h"
 #include "segmentation/labels/agreement.h"
@@ -84,16 +85,28 @@ TEST(Associate, ConsistentIdsComeBackAsTheyAre) {
   EXPECT_GT(result.summary.consistency, 0.95);
 }
 
-// Numbers that new groups are given may be ids that no group kept, whose names they do not get.
-TEST(Associate, OnlyIdsThatAreKeptHaveNames) {
-  const MadeScene scene = made_scene(three_balls(), 9);
+/// Masks of three_balls() in which only the table has one id in all views.
+MaskSet turning_masks(const MadeScene& scene, uint32_t table) {
   MaskSet masks = cast_masks(scene);
   for (size_t v = 0; v < masks.views.size(); ++v) {
     const auto turned = [&](size_t k) { return static_cast<uint32_t>(2 + (k + v) % 3); };
     const std::map<uint32_t, uint32_t> ids = {
-        {0, 0}, {MadeScene::kTable, 1}, {300, turned(0)}, {70000, turned(1)}, {7, turned(2)}};
+        {0, 0}, {MadeScene::kTable, table}, {300, turned(0)}, {70000, turned(1)}, {7, turned(2)}};
     for (uint32_t& id : masks.views[v].ids.data) id = ids.at(id);
   }
+  return masks;
+}
+
+TEST(Associate, NewIdsFitIntoAPicture) {
+  const MadeScene scene = made_scene(three_balls(), 9);
+  const AssociateResult result = associate({}, scene.cloud, scene.cameras, turning_masks(scene, kLargestId));
+  EXPECT_EQ(result.masks.ids(), (std::vector<uint32_t>{1, 2, 3, kLargestId}));
+}
+
+// Numbers that new groups are given may be ids that no group kept, whose names they do not get.
+TEST(Associate, OnlyIdsThatAreKeptHaveNames) {
+  const MadeScene scene = made_scene(three_balls(), 9);
+  MaskSet masks = turning_masks(scene, 1);
   masks.names = {{1, "table"}, {2, "a"}, {3, "b"}, {4, "c"}};
   const AssociateResult result = associate({}, scene.cloud, scene.cameras, masks);
   EXPECT_EQ(result.summary.groups, 4);

@@ -231,6 +231,9 @@ TEST(SemanticField, HeldOutMasksAreNeverLookedAt) {
   const auto b = fit_semantic_field(options, scene.cloud, scene.cameras, wrong);
   EXPECT_EQ(a.segmentation.attribute, b.segmentation.attribute);
   EXPECT_EQ(b.segmentation.class_id.size(), 3u);
+  masks.views.resize(1);
+  expect_error(Failure::kInput, {"--hold-out", "masks of other photos"},
+               [&] { fit_semantic_field(options, scene.cloud, scene.cameras, masks); });
 }
 
 TEST(SemanticField, ObjectsAreListedWithBoundsAndViews) {

@@ -37,6 +37,29 @@ TEST(MaskSet, IdsAreReadAtEveryWidthAndNamed) {
   EXPECT_TRUE(masks.warnings.empty());
 }
 
+TEST(MaskSet, GreyMasksSavedAsRgbKeepTheirIdsAndNames) {
+  TemporaryFolder folder;
+  ImageF grey(6, 4, 3, 1.0f / 255);
+  for (int k = 0; k < 3; ++k) grey(2, 1, k) = 2.0f / 255;
+  write_image(folder / "photo0.png", grey);
+  const auto labels = folder.file("labels.json", R"({"1": "floor", "2": "ball"})");
+  const MaskSet masks = load_masks(folder.path(), labels, cameras(1));
+  EXPECT_EQ(masks.ids(), (std::vector<uint32_t>{1, 2}));
+  EXPECT_EQ(masks.views[0].ids(2, 1), 2u);
+  EXPECT_EQ(masks.name_of(2), "ball");
+}
+
+TEST(MaskSet, PhotosGivenAsMasksAreRefused) {
+  TemporaryFolder folder;
+  std::vector<Camera> views = cameras(1);
+  views[0].width = 200;
+  views[0].height = 150;
+  IdImage ids(200, 150, 1);
+  for (size_t i = 0; i < ids.data.size(); ++i) ids.data[i] = static_cast<uint32_t>(i);
+  write_ids(folder / "photo0.png", ids);
+  expect_error(Failure::kInput, {"different IDs", "photos"}, [&] { load_masks(folder.path(), "", views); });
+}
+
 TEST(MaskSet, CamerasWithoutAMaskAreWarnedAbout) {
   TemporaryFolder folder;
   write_ids(folder / "photo1.png", picture(1));
@@ -240,6 +263,13 @@ TEST(MaskSet, ZeroAsBackgroundIsAnObjectOfItsOwn) {
   EXPECT_EQ(masks.name_of(301), "background");
   EXPECT_EQ(masks.views[0].ids(0, 0), 301u);
   EXPECT_EQ(masks.views[1].ids(2, 1), 300u);
+}
+
+TEST(MaskSet, TheBackgroundsIdFitsIntoAPicture) {
+  MaskSet masks;
+  masks.views = {{0, picture(kLargestId)}, {1, picture(1)}};
+  EXPECT_EQ(label_background(masks), 2u);
+  EXPECT_EQ(masks.ids(), (std::vector<uint32_t>{1, 2, kLargestId}));
 }
 
 }  // namespace

@@ -269,9 +269,12 @@ TEST(Edit, MistakesNameTheNearestObjectAndChangeNothing) {
   expect_error(Failure::kUsage, {"--merge", "two or more"}, [&] { f.edit(Kind::kMerge, "300"); });
   expect_error(Failure::kUsage, {"--name", "ID=NAME"}, [&] { f.edit(Kind::kName, "300"); });
   expect_error(Failure::kUsage, {"--name", "could be an ID"}, [&] { f.edit(Kind::kName, "300=17"); });
+  expect_error(Failure::kUsage, {"--name", "101 bytes"}, [&] { f.edit(Kind::kName, "300=" + std::string(101, 'v')); });
+  expect_error(Failure::kUsage, {"--name", "UTF-8"}, [&] { f.edit(Kind::kName, "300=caf\xe9"); });
   expect_error(Failure::kUsage, {"--name", "pear", "object 5"}, [&] { f.edit(Kind::kName, "300=pear"); });
   EXPECT_EQ(f.segmentation.label, fitted().segmentation.label);
   EXPECT_EQ(f.segmentation.class_id, fitted().segmentation.class_id);
+  f.edit(Kind::kName, "300=" + std::string(98, 'v') + "\xc3\xa9");
   f.edit(Kind::kName, "300=vase");
   f.edit(Kind::kName, "5=big red=vase");
   EXPECT_EQ(f.segmentation.class_name[2], "vase");

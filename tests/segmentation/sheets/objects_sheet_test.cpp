@@ -45,6 +45,37 @@ TEST(ObjectsSheet, HoldsTheOverviewAndACropOfEveryObject) {
   }
 }
 
+TEST(ObjectsSheet, HoldsTheTwoHundredLargestObjectsAndALineAboutTheOthers) {
+  const MadeScene scene = made_scene(two_balls(), 6, 200, 150);
+  SemanticOptions options;
+  options.iterations = 0;
+  Segmentation segmentation = fit_semantic_field(options, scene.cloud, scene.cameras, cast_masks(scene)).segmentation;
+  const auto draw = [&](size_t objects, std::vector<SheetCell>& cells) {
+    while (segmentation.class_id.size() < objects) {  // objects without a Gaussian
+      segmentation.class_id.insert(segmentation.class_id.begin() + 1, segmentation.class_id[1] - 1);
+      segmentation.class_name.insert(segmentation.class_name.begin() + 1, "nothing");
+      segmentation.classifier.insert(segmentation.classifier.begin() + kSemanticChannels, kSemanticChannels, 0.0f);
+      segmentation.classifier_bias.insert(segmentation.classifier_bias.begin() + 1, -1e6f);
+    }
+    segmentation.class_cameras.clear();
+    segmentation.class_origin.clear();
+    return objects_sheet(
+        segmentation, scene.cloud, scene.cameras,
+        [&](int camera) { return render(scene.cloud, scene.cameras[camera]).color; }, 12, &cells);
+  };
+  std::vector<SheetCell> cells;
+  const int full = draw(200, cells).height;
+  EXPECT_EQ(cells.size(), 4u);
+  const ImageF more = draw(260, cells);
+  EXPECT_EQ(cells.size(), 4u);  // those that have Gaussians are still shown
+  EXPECT_GT(more.height, full);
+  EXPECT_LT(more.height, full + 100);
+  float brightest = 0;
+  for (int y = full; y < more.height; ++y)
+    for (int x = 0; x < more.width; ++x) brightest = std::max(brightest, more(x, y, 0));
+  EXPECT_GT(brightest, 0.6f);
+}
+
 TEST(ObjectsSheet, CellsTellWhichPixelOfWhichCameraIsShown) {
   const MadeScene scene = made_scene(two_balls(), 6, 200, 150);
   SemanticOptions options;
