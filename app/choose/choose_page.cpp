@@ -97,7 +97,7 @@ LocalServer::Page choose_page(const json& data) {
   std::string html(choose_template());
   fill_mark(html, "/*CHOOSE_STYLE*/", std::string(choose_style()));
   fill_mark(html, "/*SCRIPT*/", in_script(std::string(choose_script())));
-  fill_mark(html, "/*DATA*/", in_script(data.dump(-1, ' ', false, json::error_handler_t::replace)));
+  fill_mark(html, "/*DATA*/", json_in_script(data));
   return styled_page(std::move(html));
 }
 

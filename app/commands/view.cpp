@@ -90,11 +90,13 @@ void add_view(CLI::App& app, Program& program) {
       if (source->empty()) return view_dropped(context, *options, program.out.empty() ? "." : program.out);
       Viewed viewed = open_viewed(context, *source, program.out);
       LiveSite site;
-      Chooser chooser(context, viewed.run, viewed.scene, site);
-      if (viewed.simulated && !options->choose)
+      std::unique_ptr<Chooser> chooser;
+      if (viewed.simulated && !options->choose) {
         site.show(live_screen(context, viewed.run, viewed.scene));
-      else
-        chooser.show();
+      } else {
+        chooser = std::make_unique<Chooser>(context, viewed.run, viewed.scene, site);
+        chooser->show();
+      }
       return serve(context, *options, site);
     };
   });

@@ -28,8 +28,9 @@ fs::path fresh_file(const fs::path& folder) {
 
 }  // namespace
 
-LiveClient::LiveClient(const LiveScene& scene, fs::path recordings, std::shared_ptr<Connection> connection)
-    : scene_(scene),
+LiveClient::LiveClient(std::shared_ptr<const LiveScene> scene, fs::path recordings,
+                       std::shared_ptr<Connection> connection)
+    : scene_(std::move(scene)),
       recordings_(std::move(recordings)),
       connection_(std::move(connection)),
       thread_([this] { work(); }) {}
@@ -59,7 +60,7 @@ void LiveClient::receive(std::string text) {
 /// Handles messages as they come, and frames when they are due.
 void LiveClient::work() {
   const auto period =
-      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / scene_.setup.options.fps));
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / scene_->setup.options.fps));
   std::unique_lock lock(mutex_);
   while (!ended_) {
     const auto woken = [&] { return ended_ || !inbox_.empty(); };
@@ -96,11 +97,11 @@ void LiveClient::handle(const std::string& text) {
     // The id goes into the answer even where the rest is refused.
     const json all = json::parse(text, nullptr, false);
     if (all.is_object() && all.contains("id") && all["id"].is_number_unsigned()) id = all["id"].get<int>();
-    LiveRequest request = parse_request(text, scene_.frame(), scene_.drivers());
+    LiveRequest request = parse_request(text, scene_->frame(), scene_->drivers());
     id = request.id;
     if (request.start) begin(*request.start);
     if (!session_ && (!request.commands.empty() || request.frames > 0 || request.run.value_or(false)))
-      begin({scene_.drivers(), 0, 0});
+      begin({scene_->drivers(), 0, 0});
     if (pending_.size() + request.commands.size() > kMostPending)
       throw usage_error("message", "commands", "are too many before a frame", "ask for frames, or run");
     pending_.insert(pending_.end(), std::make_move_iterator(request.commands.begin()),
@@ -133,10 +134,10 @@ void LiveClient::begin(const LiveStart& start) {
   running_ = false;
   const bool same = body_ && start.drivers == start_.drivers && start.clustered_to == start_.clustered_to &&
                     start.frame == start_.frame;
-  if (!same) body_ = std::make_unique<LiveBody>(scene_, start, "start");
+  if (!same) body_ = std::make_unique<LiveBody>(*scene_, start, "start");
   start_ = start;
   session_ =
-      std::make_unique<LiveSession>(scene_.setup.options, body_->body.particles, scene_.setup.held, body_->state);
+      std::make_unique<LiveSession>(scene_->setup.options, body_->body.particles, scene_->setup.held, body_->state);
 }
 
 void LiveClient::advance() {
@@ -149,7 +150,7 @@ void LiveClient::advance() {
 }
 
 void LiveClient::send_state(std::optional<int> id) {
-  connection_->send_bytes(state_message(*session_, answer_, id, scene_.scene.metres_per_unit));
+  connection_->send_bytes(state_message(*session_, answer_, id, scene_->scene.metres_per_unit));
   answer_ = {};
 }
 
@@ -159,7 +160,7 @@ void LiveClient::save(bool ended) {
   try {
     fs::create_directories(recordings_);
     if (file_.empty()) file_ = fresh_file(recordings_);
-    write_text(file_, recording_json(start_, scene_.setup.options.fps, *session_).dump(1) + "\n");
+    write_text(file_, recording_json(start_, scene_->setup.options.fps, *session_).dump(1) + "\n");
     saved_commands_ = session_->history().size();
   } catch (const std::exception& error) {
     connection_->send_text(error_message({}, std::string("the recording cannot be kept: ") + error.what()));
@@ -170,17 +171,17 @@ void LiveClient::save(bool ended) {
 }
 
 json LiveClient::description() const {
-  const SimulateOptions& options = scene_.setup.options;
+  const SimulateOptions& options = scene_->setup.options;
   json held = json::array();
-  for (const Interaction& it : scene_.setup.held) held.push_back(numbers_of(it));
-  const Vec3d& up = scene_.scene.up;
-  json out = {{"drivers", scene_.drivers()},
+  for (const Interaction& it : scene_->setup.held) held.push_back(numbers_of(it));
+  const Vec3d& up = scene_->scene.up;
+  json out = {{"drivers", scene_->drivers()},
               {"fps", options.fps},
-              {"metres_per_unit", scene_.scene.metres_per_unit},
+              {"metres_per_unit", scene_->scene.metres_per_unit},
               {"up", {up.x(), up.y(), up.z()}},
               {"gravity", {options.gravity.x(), options.gravity.y(), options.gravity.z()}},
               {"damping_time", options.damping_time},
-              {"height", scene_.setup.height},
+              {"height", scene_->setup.height},
               {"held", held}};
   if (body_) out["mass"] = body_->body.particles.total_mass();
   return out;

@@ -16,7 +16,8 @@ namespace pliant {
 /// done is kept in files live_0001.json, ... of a folder, about every second and when it ends (see recording_json).
 class LiveClient : public Client {
  public:
-  LiveClient(const LiveScene& scene, std::filesystem::path recordings, std::shared_ptr<Connection> connection);
+  LiveClient(std::shared_ptr<const LiveScene> scene, std::filesystem::path recordings,
+             std::shared_ptr<Connection> connection);
   ~LiveClient() override;
 
   void receive(std::string text) override;
@@ -32,7 +33,7 @@ class LiveClient : public Client {
   void save(bool ended);
   nlohmann::json description() const;
 
-  const LiveScene& scene_;
+  const std::shared_ptr<const LiveScene> scene_;
   const std::filesystem::path recordings_;
   const std::shared_ptr<Connection> connection_;
 

@@ -14,14 +14,15 @@ struct LiveScreen {
   std::function<std::unique_ptr<Client>(std::shared_ptr<Connection>)> connect;
 };
 
-/// Shows one screen after another at one address.  What it is shown lives as long as the site: clients of an earlier
-/// screen may still be there.
+/// Shows one screen after another at one address.  A screen is forgotten when another is shown: its clients, which may
+/// still be there, own what they use.
 class LiveSite {
  public:
   /// From any thread.  Browsers see it when they load the page anew.
   void show(LiveScreen screen) {
+    auto next = std::make_shared<const LiveScreen>(std::move(screen));
     const std::lock_guard lock(mutex_);
-    screens_.push_back(std::make_unique<const LiveScreen>(std::move(screen)));
+    screen_.swap(next);
   }
   /// Sends a text to all clients, of earlier screens too.  From any thread.
   void tell(const std::string& text) {
@@ -52,7 +53,11 @@ class LiveSite {
     }
   }
   LocalServer::Handler handler() {
-    return {[this](std::string_view path) { return path.empty() && latest() ? &latest()->page : nullptr; },
+    return {[this](std::string_view path) -> std::shared_ptr<const LocalServer::Page> {
+              const std::shared_ptr<const LiveScreen> screen = path.empty() ? latest() : nullptr;
+              if (!screen) return nullptr;
+              return {screen, &screen->page};
+            },
             [this](std::shared_ptr<Connection> connection) {
               remember(connection);
               return latest()->connect(std::move(connection));
@@ -61,9 +66,9 @@ class LiveSite {
   }
 
  private:
-  const LiveScreen* latest() const {
+  std::shared_ptr<const LiveScreen> latest() const {
     const std::lock_guard lock(mutex_);
-    return screens_.empty() ? nullptr : screens_.back().get();
+    return screen_;
   }
 
   void remember(const std::shared_ptr<Connection>& connection) {
@@ -73,7 +78,7 @@ class LiveSite {
   }
 
   mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<const LiveScreen>> screens_;
+  std::shared_ptr<const LiveScreen> screen_;  // null before the first
   std::vector<std::weak_ptr<Connection>> clients_;
   std::vector<std::function<void()>> stops_;
   std::function<std::string(const std::string&, const std::filesystem::path&)> drop_;

@@ -64,7 +64,7 @@ LiveScreen live_screen(const Context& context, const RunDirectory& run, const Sc
   LiveScreen screen{live_page(read_text(file)), {}};
   fs::remove(file);
   screen.connect = [live, recordings = run / "recordings"](std::shared_ptr<Connection> connection) {
-    return std::make_unique<LiveClient>(*live, recordings, std::move(connection));
+    return std::make_unique<LiveClient>(live, recordings, std::move(connection));
   };
   return screen;
 }

@@ -80,7 +80,7 @@ class Visit : public std::enable_shared_from_this<Visit> {
     if (post) return take(path);
     if (!parser_->is_done()) return refuse(http::status::bad_request);
     if (websocket::is_upgrade(request)) return upgrade(path);
-    const LocalServer::Page* const page = state_.handler.page(path);
+    const std::shared_ptr<const LocalServer::Page> page = state_.handler.page(path);
     if (!page) return refuse(http::status::not_found);
     auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, request.version());
     response->set(http::field::content_type, page->type);
@@ -180,6 +180,9 @@ LocalServer::LocalServer(const LocalServerOptions& options, Handler handler) : s
   if (!error) s.acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) s.acceptor.bind(endpoint, error);
   if (!error) s.acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error == boost::system::errc::address_not_available || error == boost::system::errc::address_family_not_supported)
+    throw usage_error("--host", options.host, "is not an address of this machine",
+                      "give one that is, or 0.0.0.0 for all");
   if (error)
     throw usage_error("--port", std::to_string(options.port), "cannot be used: " + error.message(),
                       "give another one, or 0 for any");

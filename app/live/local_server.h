@@ -53,7 +53,8 @@ class LocalServer {
     std::string security_policy;  ///< Content-Security-Policy
   };
   struct Handler {
-    std::function<const Page*(std::string_view path)> page;  ///< below the token, such as ""; null = there is none
+    /// Below the token, such as ""; null = there is none.
+    std::function<std::shared_ptr<const Page>(std::string_view path)> page;
     /// At TOKEN/live.
     std::function<std::unique_ptr<Client>(std::shared_ptr<Connection>)> connect;
     /// A file NAME has been written to `file`, which is the handler's now.  Returns at once why it is not taken, or

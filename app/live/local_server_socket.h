@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <boost/asio/ip/host_name.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -57,8 +58,9 @@ struct pliant::LocalServer::State {
   std::set<std::string> hosts;  // that requests may name
   bool uploading = false;
 
-  /// As an address names it.
+  /// As an address names it; other machines reach all addresses of this one by its name.
   std::string host() const {
+    if (serving::asio::ip::make_address(options.host).is_unspecified()) return serving::asio::ip::host_name();
     return options.host.find(':') == std::string::npos ? options.host : "[" + options.host + "]";
   }
   bool knows_host(std::string_view host) const { return options.allow_remote || hosts.count(std::string(host)); }

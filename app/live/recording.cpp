@@ -21,6 +21,7 @@ using nlohmann::json;
 namespace {
 
 constexpr int kMostFrames = 1'000'000;
+constexpr double kMostMemory = 8e9;  // bytes of all frames of a replay
 
 const json& required(const json& row, const char* field, const std::string& file) {
   if (!row.is_object() || !row.contains(field))
@@ -67,6 +68,17 @@ void check_held(const Recording& recording, size_t held, const std::string& file
   for (const auto& [frame, command] : recording.commands)
     if (command.kind == LiveCommand::Kind::kBegin && command.number < static_cast<int>(held))
       throw other(command.number);
+}
+
+/// Throws where all frames of a replay would need too much memory.
+void check_memory(const Recording& recording, size_t drivers, const std::string& file) {
+  constexpr size_t kBytes = 2 * sizeof(Vec3f) + sizeof(Mat3f);  // of a particle in a frame
+  const double bytes = 1.0 * kBytes * static_cast<double>(drivers) * recording.frames;
+  if (bytes > kMostMemory)
+    throw input_error(file, "frames",
+                      fmt::format("are {} of {} driving particles, which would need {:.0f} GB of memory",
+                                  recording.frames, drivers, bytes / 1e9),
+                      "shorten the recording, or use fewer driving particles");
 }
 
 }  // namespace
@@ -134,6 +146,7 @@ json replay_recording(const Context& context, RunDirectory& run, const Scene& sc
   live.setup.options.fps = recording.fps;
   check_held(recording, live.setup.held.size(), file.string());
   const LiveBody start(live, recording.start, file.string());
+  check_memory(recording, start.level.driving_position.size(), file.string());
 
   TrajectoryFile out;
   out.object = live.moving.trajectory.object;

@@ -8,14 +8,15 @@
 namespace pliant {
 PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, SectionPacker& packer) {
   std::string html(page_template());
+  // Before the user's text, which may contain such a mark.
   fill_mark(html, "/*STYLE*/", std::string(page_style()));
+  fill_mark(html, "/*SCRIPT*/", in_script(std::string(page_script())));
   fill_mark(html, "<!--TITLE-->", html_escaped(page.file.header["title"]));
   fill_mark(html, "<!--POSTER-->", "data:image/webp;base64," + base64(page.poster));
   fill_mark(html, "<!--HEADER-->",
-            "<script type=\"application/json\" id=\"clip-header\">" + in_script(page.file.header.dump()) + "</script>");
+            "<script type=\"application/json\" id=\"clip-header\">" + json_in_script(page.file.header) + "</script>");
   PageSizes sizes;
   sizes.until_poster = html.find("<canvas");
-  fill_mark(html, "/*SCRIPT*/", in_script(std::string(page_script())));
   const std::string mark = "<!--SECTIONS-->";
   sizes.until_motion = html.find(mark);
   std::string sections;

@@ -63,4 +63,15 @@ std::string in_script(std::string text) {
   return text;
 }
 
+std::string json_in_script(const nlohmann::json& value) {
+  std::string out;
+  for (const char c : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) {
+    if (c == '<')
+      out += "\\u003c";
+    else
+      out += c;
+  }
+  return out;
+}
+
 }  // namespace pliant

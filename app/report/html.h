@@ -18,5 +18,7 @@ std::string html_video(const RunDirectory& run, const std::string& file, const s
 void fill_mark(std::string& page, const std::string& mark, const std::string& text);
 /// Text of a script element, in which nothing may look like its end.
 std::string in_script(std::string text);
+/// The same of JSON, in which nothing looks like markup of any kind; bytes that are not UTF-8 become U+FFFD.
+std::string json_in_script(const nlohmann::json& value);
 
 }  // namespace pliant

@@ -22,6 +22,18 @@ json recorded(const std::filesystem::path& source, const LoadOptions& options) {
   return record;
 }
 
+/// Refuses a name that a record in JSON cannot hold.
+void check_name(const std::string& name) {
+  const std::string shown = json::parse(json(name).dump(-1, ' ', false, json::error_handler_t::replace));
+  if (shown != name) throw input_error(shown, "", "its name is not UTF-8", "rename it");
+}
+
+/// Refuses a scene whose files or photographs have such names.
+void check_names(const Scene& scene) {
+  for (const std::filesystem::path& file : scene.report.files) check_name(file.string());
+  for (const Camera& camera : scene.cameras) check_name(camera.name);
+}
+
 Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& options) {
   Scene scene = load_scene(source, options);
   if (const auto folder = physdreamer_folder(scene)) take_physdreamer_settings(scene, *folder);
@@ -39,9 +51,13 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
                                                   ", with --out " + source.string()
                                             : std::string("give a scene"));
   }
+  check_name(run.path().string());
+  const json record = recorded(source, options);
+  check_name(record["source"]);
   Scene scene = load_any_scene(source, options);
+  check_names(scene);
   refuse_unused(options, scene);
-  run.set_scene(recorded(source, options), context.overwrite);
+  run.set_scene(record, context.overwrite);
   run.set_note("assumed_height", {});
   for (const std::string& warning : scene.warnings) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),

@@ -85,7 +85,7 @@ std::string study_page(const StudyList& study) {
                 "; media-src data:; base-uri 'none'; form-action 'none'");
   fill_mark(page, "/*STYLE*/", style);
   fill_mark(page, "/*SCRIPT*/", script);
-  fill_mark(page, "<!--STUDY-->", in_script(data.dump()));
+  fill_mark(page, "<!--STUDY-->", json_in_script(data));
   fill_mark(page, "<!--TITLE-->", html_escaped(study.title));
   return page;
 }

@@ -36,18 +36,18 @@ class View : public FitVideo {
   }
   void SetUp() override {
     run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "run"));
-    live_ = std::make_unique<LiveScene>(load_live_scene(*run_, load_run_scene(*run_), "view"));
+    live_ = std::make_shared<const LiveScene>(load_live_scene(*run_, load_run_scene(*run_), "view"));
     fs::remove_all(recordings());
   }
   static fs::path recordings() { return folder / "run/recordings"; }
 
   std::unique_ptr<RunDirectory> run_;
-  std::unique_ptr<LiveScene> live_;
+  std::shared_ptr<const LiveScene> live_;
   std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
 };
 
 TEST_F(View, AnswersInOrderAndGoesOnAfterWhatItRefuses) {
-  LiveClient client(*live_, recordings(), inbox_);
+  LiveClient client(live_, recordings(), inbox_);
   client.receive(R"({"id": 1, "describe": true})");
   client.receive(R"({"id": 2, "frames": 2})");
   client.receive("nonsense");
@@ -67,7 +67,7 @@ TEST_F(View, AnswersInOrderAndGoesOnAfterWhatItRefuses) {
 }
 
 TEST_F(View, RunsByItselfUntilItIsTold) {
-  LiveClient client(*live_, recordings(), inbox_);
+  LiveClient client(live_, recordings(), inbox_);
   client.receive(R"({"run": true})");
   for (int k = 0; k < 5; ++k) EXPECT_TRUE(meta_of(inbox_->next()).is_object());
   client.receive(R"({"id": 9, "run": false})");
@@ -81,7 +81,7 @@ TEST_F(View, RunsByItselfUntilItIsTold) {
 
 TEST_F(View, WhatSomeoneAskedForWhoHasLeftIsNotSimulated) {
   {
-    LiveClient client(*live_, recordings(), inbox_);
+    LiveClient client(live_, recordings(), inbox_);
     client.receive(R"({"id": 1, "commands": [["set", 2, 0.2, 0, 0, -5]], "frames": 1})");
     EXPECT_EQ(meta_of(inbox_->next())["id"], 1);
     for (int k = 0; k < 20; ++k) client.receive(R"({"frames": 600})");
@@ -95,7 +95,7 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
   std::string last;
   size_t drivers = 0;
   {
-    LiveClient client(*live_, recordings(), inbox_);
+    LiveClient client(live_, recordings(), inbox_);
     Box box;
     for (const Vec3f& x : live_->moving.particles.driving_position) box.add(x);
     const Vec3f top(box.centre().x(), box.centre().y(), box.high.z());
@@ -160,6 +160,55 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
   damaged["commands"][0][0] = 400;
   write_text(folder / "damaged.json", damaged.dump());
   EXPECT_NE(run_quietly({"simulate", (folder / "run").string(), "--recording", (folder / "damaged.json").string()}), 0);
+}
+
+TEST_F(View, ARecordingThatWouldNotFitIntoMemoryIsRefused) {
+  ASSERT_GT(live_->drivers(), 200u);
+  const json recording = {{"format", "pliant-recording"},
+                          {"version", 2},
+                          {"drivers", live_->drivers()},
+                          {"clustered_to", 0},
+                          {"start_frame", 0},
+                          {"solver_fps", 60},
+                          {"frames", 1'000'000},
+                          {"commands", json::array()}};
+  write_text(folder / "long.json", recording.dump());
+  const std::string run = (folder / "run").string();
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"simulate", run, "--recording", (folder / "long.json").string()}), 1);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  for (const char* word : {"long.json: frames", "GB of memory", "shorten"})
+    EXPECT_NE(said.find(word), std::string::npos) << said;
+}
+
+TEST_F(View, AScreenGoesWhenAnotherIsShownButNotWhatItsClientsUse) {
+  LiveSite site;
+  const std::weak_ptr<const LiveScene> kept = live_;
+  site.show({{"text/html", "first", ""}, [live = std::move(live_)](std::shared_ptr<Connection> connection) {
+               return std::make_unique<LiveClient>(live, recordings(), std::move(connection));
+             }});
+  auto client = site.handler().connect(inbox_);
+  {
+    const auto page = site.handler().page("");
+    site.show({{"text/html", "second", ""}, {}});
+    EXPECT_EQ(page->body, "first") << "it may still be on its way";
+  }
+  client->receive(R"({"id": 1, "frames": 1})");
+  EXPECT_EQ(meta_of(inbox_->next())["id"], 1);
+  client.reset();
+  EXPECT_TRUE(kept.expired());
+}
+
+TEST_F(View, NoSelectionIsPreparedUnlessAnObjectIsToBeChosen) {
+  const fs::path prepared = folder / "run/prepared_scene.bin";
+  // An address that is refused once there is something to show.
+  std::vector<std::string> view = {"view", (folder / "run").string(), "--no-browser", "--host", "192.0.2.1"};
+  fs::remove(prepared);
+  EXPECT_EQ(run_quietly(view), 2);
+  EXPECT_FALSE(fs::exists(prepared));
+  view.push_back("--choose");
+  EXPECT_EQ(run_quietly(view), 2);
+  EXPECT_TRUE(fs::exists(prepared));
 }
 
 TEST_F(View, ThePageMayConnectToItsServerAndNothingElse) {

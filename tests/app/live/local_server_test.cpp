@@ -90,11 +90,12 @@ class LocalServerTest : public ::testing::Test {
   }
   void TearDown() override { stop(); }
   void start() {
-    page_ = {"text/html", "<p>the page", "default-src 'none'"};
+    page_ =
+        std::make_shared<const LocalServer::Page>(LocalServer::Page{"text/html", "<p>the page", "default-src 'none'"});
     server_ = std::make_unique<LocalServer>(
         options_,
         LocalServer::Handler{
-            [this](std::string_view path) { return path.empty() ? &page_ : nullptr; },
+            [this](std::string_view path) { return path.empty() ? page_ : nullptr; },
             [this](std::shared_ptr<Connection> c) { return std::make_unique<EchoClient>(c, clients_); }, drop_});
     port_ = server_->port();
     url_ = server_->url();
@@ -153,7 +154,7 @@ class LocalServerTest : public ::testing::Test {
 
   LocalServerOptions options_;
   std::function<std::string(const std::string&, const std::filesystem::path&)> drop_;
-  LocalServer::Page page_;
+  std::shared_ptr<const LocalServer::Page> page_;
   std::unique_ptr<LocalServer> server_;
   std::string url_, path_;
   int port_ = 0;
@@ -333,6 +334,29 @@ TEST(LocalServer, OtherMachinesAreLetInOnRequestOnly) {
   options.host = "0.0.0.0";
   options.allow_remote = true;
   EXPECT_GT(LocalServer(options, none).port(), 0);
+}
+
+TEST(LocalServer, TheOptionThatCannotBeUsedIsTheOneThatIsNamed) {
+  LocalServerOptions options;
+  options.allow_remote = true;
+  const LocalServer first(options, {});
+  options.port = first.port();
+  expect_error(Failure::kUsage, {"--port", std::to_string(first.port())}, [&] { LocalServer(options, {}); });
+  options.host = "192.0.2.1";  // of documentation alone (RFC 5737)
+  expect_error(Failure::kUsage, {"--host", "192.0.2.1"}, [&] { LocalServer(options, {}); });
+}
+
+TEST_F(LocalServerTest, ListeningEverywhereItTellsTheNameOfTheMachine) {
+  stop();
+  options_.host = "0.0.0.0";
+  options_.allow_remote = true;
+  start();
+  char name[256] = {};
+  ASSERT_EQ(gethostname(name, sizeof(name) - 1), 0);
+  const std::string told = std::string(name) + ":" + std::to_string(port_);
+  EXPECT_EQ(url_.find("http://" + told + "/"), 0u) << url_;
+  EXPECT_EQ(status(request(path_, told)), 200);
+  EXPECT_EQ(status(upgrade(path_ + "live", "Origin: http://" + told + "\r\n", told)), 101);
 }
 
 TEST_F(LocalServerTest, TheAddressThatItTellsIsItsOwn) {

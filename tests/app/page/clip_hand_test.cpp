@@ -25,7 +25,7 @@ const std::string kPress = R"(
     press('Home');
 )";
 
-TEST_F(ClipPage, AtTheEndOfAReplayTheHandLetsGo) {
+TEST_F(ClipPageTest, AtTheEndOfAReplayTheHandLetsGo) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const json answer = evaluate("(async () => {" + names_of_top(0.1f) + R"(
     await pliant.ready;
@@ -54,7 +54,7 @@ TEST_F(ClipPage, AtTheEndOfAReplayTheHandLetsGo) {
   EXPECT_FALSE(value["interactions"][1].contains("duration")) << "pins stay";
 }
 
-TEST_F(ClipPage, AClipThatStandsStillFromTheStartCanBeHeld) {
+TEST_F(ClipPageTest, AClipThatStandsStillFromTheStartCanBeHeld) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const json answer = evaluate(R"((async () => {
     await pliant.ready;
@@ -71,7 +71,7 @@ TEST_F(ClipPage, AClipThatStandsStillFromTheStartCanBeHeld) {
   EXPECT_EQ(answer["value"], json({{"live", true}, {"errors", json::array()}}));
 }
 
-TEST_F(ClipPage, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
+TEST_F(ClipPageTest, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const json answer = evaluate("(async () => {" + kPress + R"(
     for (let k = 0; k < 9; ++k) press('ArrowRight', true);
@@ -89,8 +89,8 @@ TEST_F(ClipPage, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
   EXPECT_FALSE(value["interactions"][0].contains("duration"));
 }
 
-TEST_F(ClipPage, WhereTheProgramLeavesTheArrowsGoThroughTheRecordingAgain) {
-  const LiveScene live = load_live_scene(*run_, scene_, "view");
+TEST_F(ClipPageTest, WhereTheProgramLeavesTheArrowsGoThroughTheRecordingAgain) {
+  const auto live = std::make_shared<const LiveScene>(load_live_scene(*run_, scene_, "view"));
   const json answer = evaluate_served("(async () => {" + kPress + R"(
     await hold();
     const start = frame();

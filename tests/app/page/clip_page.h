@@ -18,7 +18,7 @@
 namespace pliant {
 
 /// clip.html of a run of a small scene.
-class ClipPage : public FitVideo {
+class ClipPageTest : public FitVideo {
  protected:
   static void SetUpTestSuite() {
     FitVideo::SetUpTestSuite();
@@ -62,15 +62,15 @@ class ClipPage : public FitVideo {
     return evaluate_in_page(expression, file.string(), folder);
   }
   /// The same in the page of `pliant view`, which this program leaves where the page fetches "leave".
-  nlohmann::json evaluate_served(const std::string& expression, const LiveScene& live,
+  nlohmann::json evaluate_served(const std::string& expression, const std::shared_ptr<const LiveScene>& live,
                                  const std::filesystem::path& recordings) const {
-    const LocalServer::Page served = live_page(read_text(page()));
+    const auto served = std::make_shared<const LocalServer::Page>(live_page(read_text(page())));
     std::weak_ptr<Connection> last;
     std::atomic<bool> stop = false;
     LocalServer server({}, {[&](std::string_view path) {
                               const std::shared_ptr<Connection> connection = last.lock();
                               if (connection && path == "leave") connection->close();
-                              return path.empty() ? &served : nullptr;
+                              return path.empty() ? served : nullptr;
                             },
                             [&](std::shared_ptr<Connection> connection) {
                               last = connection;

@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-TEST_F(ClipPage, ShowsWhatRenderShowsAtRestAndDeformed) {
+TEST_F(ClipPageTest, ShowsWhatRenderShowsAtRestAndDeformed) {
   Camera camera = clip_camera(scene_, "", robust_bounds(moving_.object)).resized(kWidth, kHeight);
   const size_t last = moving_.trajectory.frames.size() - 1;
   const json answer = evaluate(R"((async () => {
@@ -61,7 +61,7 @@ TEST_F(ClipPage, ShowsWhatRenderShowsAtRestAndDeformed) {
   }
 }
 
-TEST_F(ClipPage, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
+TEST_F(ClipPageTest, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const float height = this->height();
   const json answer = evaluate("(async () => {" + names_of_top(0.3f) + R"(
@@ -113,7 +113,7 @@ TEST_F(ClipPage, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
   EXPECT_LT(worst, 0.02 * height);
 }
 
-TEST_F(ClipPage, PushesAreOverAfterTheirFrameHoweverManyThereAre) {
+TEST_F(ClipPageTest, PushesAreOverAfterTheirFrameHoweverManyThereAre) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const Vec3f place = moving_.particles.driving_position.front();
   const json answer = evaluate("(async () => { const place = " + json({place.x(), place.y(), place.z()}).dump() +
@@ -134,15 +134,15 @@ TEST_F(ClipPage, PushesAreOverAfterTheirFrameHoweverManyThereAre) {
 }
 
 // The page of `pliant view` is moved by this program, and the recording that stays gives the same motion.
-TEST_F(ClipPage, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
-  const LiveScene live = load_live_scene(*run_, scene_, "view");
+TEST_F(ClipPageTest, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
+  const auto live = std::make_shared<const LiveScene>(load_live_scene(*run_, scene_, "view"));
   const fs::path recordings = folder / "run/recordings";
   fs::remove_all(recordings);
   const std::vector<Vec3f>& rest = moving_.particles.driving_position;
   const Vec3f top = *std::max_element(rest.begin(), rest.end(), [&](const Vec3f& a, const Vec3f& b) {
     return a.dot(scene_.up.cast<float>()) < b.dot(scene_.up.cast<float>());
   });
-  const double height = live.setup.height / scene_.metres_per_unit;
+  const double height = live->setup.height / scene_.metres_per_unit;
   const json answer = evaluate_served("(async () => { const place = " + json({top.x(), top.y(), top.z()}).dump() +
                                           ", height = " + std::to_string(height) + R"(;
     await pliant.ready;
@@ -177,7 +177,7 @@ TEST_F(ClipPage, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
 }
 
 // Where E was predicted the slider goes along its band: 0 = its high end, 0.5 = the typical value, 1 = its low end.
-TEST_F(ClipPage, OfAPredictedMaterialHasASliderOfSoftness) {
+TEST_F(ClipPageTest, OfAPredictedMaterialHasASliderOfSoftness) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const std::string run = (folder / "run").string();
   const fs::path predicted = folder / "predicted.html";
@@ -215,7 +215,7 @@ TEST_F(ClipPage, OfAPredictedMaterialHasASliderOfSoftness) {
   EXPECT_NE(value["about"].get<std::string>().find("predicted"), std::string::npos);
 }
 
-TEST_F(ClipPage, SaysInWordsWhatIsWrongWithADamagedFile) {
+TEST_F(ClipPageTest, SaysInWordsWhatIsWrongWithADamagedFile) {
   const std::string whole = read_text(page());
   const auto changed = [&](const std::string& from, const std::string& to) {
     std::string out = whole;

@@ -4,14 +4,38 @@
 #include <gtest/gtest.h>
 
 #include "app/live/recording.h"
+#include "app/page/clip_html.h"
 #include "gaussians/base/error.h"
 #include "tests/app/fit_video_scene.h"
+#include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace pliant {
 namespace {
+
+/// The header in a page.
+json header_in(const std::string& html) {
+  const std::string begin = "id=\"clip-header\">";
+  const size_t at = html.find(begin) + begin.size();
+  return json::parse(html.substr(at, html.find("</script>", at) - at));
+}
+
+TEST(ClipHtml, WhatAnObjectIsCalledIsNeitherMarkupNorAMark) {
+  const TemporaryFolder folder;
+  for (const char* name : {"<!--<script", "</script>", "/*SCRIPT*/", "<!--SECTIONS-->"}) {
+    ClipPage page;
+    page.file.header["title"] = name;
+    SectionPacker packer;
+    write_page(folder / "clip.html", page, packer);
+    const std::string html = read_text(folder / "clip.html");
+    EXPECT_EQ(header_in(html)["title"], name);
+    EXPECT_EQ(html.find("<!--<script"), std::string::npos) << name;
+    const size_t title = html.find("<title>");
+    EXPECT_LT(html.find("</title>", title) - title, 100u) << name << ": no script in the title";
+  }
+}
 
 class PageExport : public FitVideo {
  protected:
@@ -23,11 +47,7 @@ class PageExport : public FitVideo {
   }
   static std::string run() { return (folder / "run").string(); }
   static std::string page(const std::string& name) { return (folder / name).string(); }
-  static json header(const std::string& file) {
-    const std::string html = read_text(file), begin = "id=\"clip-header\">";
-    const size_t at = html.find(begin) + begin.size();
-    return json::parse(html.substr(at, html.find("</script>", at) - at));
-  }
+  static json header(const std::string& file) { return header_in(read_text(file)); }
 };
 
 TEST_F(PageExport, KeepsToItsSizeAndSaysWhatItGaveUp) {
