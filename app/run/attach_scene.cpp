@@ -6,6 +6,7 @@
 
 #include "app/run/physdreamer_scene.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/utf8.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -24,7 +25,7 @@ json recorded(const std::filesystem::path& source, const LoadOptions& options) {
 
 /// Refuses a name that a record in JSON cannot hold.
 void check_name(const std::string& name) {
-  const std::string shown = json::parse(json(name).dump(-1, ' ', false, json::error_handler_t::replace));
+  const std::string shown = as_utf8(name);
   if (shown != name) throw input_error(shown, "", "its name is not UTF-8", "rename it");
 }
 

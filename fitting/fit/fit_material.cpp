@@ -140,10 +140,7 @@ void refine_by_gradients(const MaterialFitOptions& options, const VibrationFitOp
   const ClipFit clip = fit_clip(varied, motion, clip_objective(options.clip, &tracks, frames), kept.gradient, progress,
                                 kept.keep_gradient);
   const Motion<float>& best = clip.motion;
-  double log_factor = 0;
-  for (size_t i = 0; i < best.particles.size(); ++i)
-    log_factor += std::log10(best.particles.young[i] / fit.particles.young[i]);
-  fit.found.log10_factor += log_factor / static_cast<double>(best.particles.size());
+  fit.found.log10_factor += mean_log10_factor(best.particles, fit.particles);
   fit.particles = best.particles;
   fit.found.start = best.start;
   fit.found.damping_time = best.options.simulate.damping_time;
@@ -210,6 +207,12 @@ void find_posterior(const MaterialFitOptions& options, const Motion<float>& moti
   found.log10_sigma = posterior.log10_sigma;
   found.damping_time_low = found.damping_time / spread;
   found.damping_time_high = found.damping_time * spread;
+}
+
+double mean_log10_factor(const Particles& fitted, const Particles& before) {
+  double sum = 0;
+  for (size_t i = 0; i < before.size(); ++i) sum += std::log10(double(fitted.young[i]) / before.young[i]);
+  return sum / static_cast<double>(before.size());
 }
 
 FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks,

@@ -89,6 +89,9 @@ struct MaterialFit {
 ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particles& particles,
                                const std::vector<Interaction>& interactions);
 
+/// Mean log10 of the factors by which E of the particles differs from before.
+double mean_log10_factor(const Particles& fitted, const Particles& before);
+
 /// What gradients brought, and what their motion leaves of the tracks.
 FitStep step_of(const std::string& name, const ClipFit& clip, const TrackLoss<float>& tracks, const ClipFrames& frames);
 

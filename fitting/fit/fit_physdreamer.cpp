@@ -190,8 +190,7 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   fit.particles = clip.motion.particles;
   fit.iterations = clip.iterations;
   fit.young.assign(fit.particles.young.begin(), fit.particles.young.end());
-  for (size_t i = 0; i < particles.size(); ++i)
-    fit.found.log10_factor += std::log10(fit.young[i] / particles.young[i]) / static_cast<double>(particles.size());
+  fit.found.log10_factor += mean_log10_factor(fit.particles, particles);
   find_posterior(options, clip.motion, tracks, all, kept, fit);
   given.seconds = velocity.seconds;
   fit.found.seconds = velocity.seconds + clip.seconds;

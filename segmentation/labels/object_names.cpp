@@ -1,16 +1,9 @@
 #include "segmentation/labels/object_names.h"
 
-#include <nlohmann/json.hpp>
-
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 
 namespace pliant {
-
-bool is_utf8(const std::string& name) {
-  using nlohmann::json;
-  return json::parse(json(name).dump(-1, ' ', false, json::error_handler_t::replace)) == json(name);
-}
 
 std::string list_of_objects(const Segmentation& segmentation, size_t most) {
   std::string list;

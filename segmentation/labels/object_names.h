@@ -9,9 +9,6 @@ namespace pliant {
 /// Bytes of the longest name that a person may give, and of what a folder shows of a name.
 constexpr size_t kLongestName = 100;
 
-/// Whether a name can be written into JSON.
-bool is_utf8(const std::string& name);
-
 /// Class of the object that `wanted` names by id or by name.  Throws Error{kUsage} about `option` when there is none,
 /// with the nearest id or name and a list of what there is, or when several objects have that name.
 size_t class_of_object(const Segmentation& segmentation, const std::string& option, const std::string& wanted);

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/utf8.h"
 #include "segmentation/labels/object_names.h"
 #include "segmentation/objects/relabel.h"
 
@@ -172,7 +173,7 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
     if (edit.name.size() > kLongestName)
       throw refuse("is a name of " + std::to_string(edit.name.size()) + " bytes",
                    "give one of at most " + std::to_string(kLongestName));
-    if (!is_utf8(edit.name)) throw refuse("is a name that is not UTF-8", "write it in UTF-8");
+    if (as_utf8(edit.name) != edit.name) throw refuse("is a name that is not UTF-8", "write it in UTF-8");
     for (char c : edit.name)
       if (static_cast<unsigned char>(c) < 32 || c == ',')
         throw refuse("is a name with a comma or an unprintable character", "leave it out");
