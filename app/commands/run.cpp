@@ -11,6 +11,7 @@
 #include "app/run/attach_scene.h"
 #include "app/simulate/render_stage.h"
 #include "app/simulate/simulate_stage.h"
+#include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
@@ -55,13 +56,18 @@ void check_choice(const Scene& scene, const CLI::App& command, RunOptions& optio
   } else {
     refuse_given(command, options_of(options.predict),
                  {"does nothing: the material is known", "leave it out", {"label", "softness"}});
+    if (no_fit.empty() && options.fit.initial_material == kPredictedMaterial)
+      throw usage_error("run", options.fit.typed("initial-material") + " " + kPredictedMaterial,
+                        "asks for a prediction, and the material is known", "add --label TEXT, or leave it out");
   }
   if (!no_fit.empty()) {
     check_no_fit_stage(options.fit, no_fit, "leave it out, or allow the material to be fitted");
     check_material(scene, simulate);
     return;
   }
-  check_fit_stage(options.fit, has_video(scene, options.fit));
+  FitStage fit = options.fit;
+  if (!fit.initial_material.empty()) fit.material = options.simulate.material;
+  check_fit_stage(fit, has_video(scene, fit));
   check_material(scene, simulate.material, SetBy::kFit);
   if (kind_of(options.fit, scene) == FitKind::kVideo && simulate.material_file.empty())
     refuse_given(
@@ -101,7 +107,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
     FitStage fit = options.fit;
     if (!fit.kinematic()) {
       fit.material = options.simulate.material;
-      if (!prediction.is_null()) start_from(prediction, scene, fit.material);
+      if (!prediction.is_null() && fit.initial_material.empty()) start_from(prediction, scene, fit.material);
       if (!fit.released_young) fit.solver = options.simulate.solver;
       // The fit will have used them.
       simulate.material.poisson.reset();

@@ -168,7 +168,11 @@ std::vector<std::string> undetermined_by_video(const FitEvidence& e, const FitBl
         "A spatially varying stiffness explained the motion no better than one for the whole object, which was kept: "
         "the video does not distinguish its parts.");
   if (e.one_stiffness)
-    out.push_back("One stiffness was fitted for the whole object; differences between its parts were not considered.");
+    out.push_back(e.start_given
+                      ? "One factor of the given material was fitted; its differences between parts were taken "
+                        "over unchanged."
+                      : "One stiffness was fitted for the whole object; differences between its parts were "
+                        "not considered.");
   else if (!e.errors_known)
     out.push_back("The spatial uncertainty of E was not computed; a fit with --field smooth computes it.");
   else if (e.undecided_volume > 0.02)

@@ -23,6 +23,7 @@ struct FitEvidence {
   double rms_still = 0;                         ///< if nothing moved; 0 = not known
   bool searched = true;                         ///< E was, and damping was fitted
   bool one_stiffness = true;                    ///< for the whole object
+  bool start_given = false;                     ///< factors of a given E(x) were fitted
   bool field_left = false;                      ///< a field was tried, and explained no more than one stiffness
   bool poisson_fitted = false, density_fitted = false;
   bool by_gradients = false;    ///< the errors are worked out about what gradients found

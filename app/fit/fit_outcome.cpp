@@ -1,5 +1,7 @@
 #include "app/fit/fit_outcome.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -10,9 +12,11 @@ using nlohmann::json;
 namespace {
 
 /// E of the material at the drivers.  That of the particles is lower or higher where parts thinner than the cells bend.
-std::vector<double> fitted_young(const MaterialFit& fit, const Particles& before, double young_before) {
+std::vector<double> fitted_young(const FitScene& scene, const MaterialFit& fit) {
+  const Particles& before = scene.body.particles;
   std::vector<double> young;
-  for (size_t i = 0; i < before.size(); ++i) young.push_back(young_before * fit.young[i] / before.young[i]);
+  for (size_t i = 0; i < before.size(); ++i)
+    young.push_back(scene.start.driver_young[i] * fit.young[i] / before.young[i]);
   return young;
 }
 
@@ -20,7 +24,9 @@ std::vector<double> fitted_young(const MaterialFit& fit, const Particles& before
 
 MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor,
                              const std::string& source) {
-  MaterialFile out{scene.solid.young, scene.solid.poisson, scene.solid.density, source, {}, {}};
+  const ElasticSamples& start = scene.start.solid;
+  MaterialFile out{start.young, start.poisson, start.density, source, {}, {}};
+  out.branch = start.branch;
   // Factors of E of the particles hold for their samples too, whose E does not know of thin parts' equivalent
   // stiffness.
   const Particles& before = scene.body.particles;
@@ -35,7 +41,7 @@ MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, dou
   return out;
 }
 
-std::string source_of(const MaterialFit& fit, MaterialKind kind) {
+std::string source_of(const StartMaterial& start, const MaterialFit& fit, MaterialKind kind) {
   const auto name = [](MaterialKind of) {
     switch (of) {
       case MaterialKind::kUniform:
@@ -51,18 +57,10 @@ std::string source_of(const MaterialFit& fit, MaterialKind kind) {
     }
     return "";
   };
-  return std::string(name(fit.field_left ? MaterialKind::kUniform : kind)) + ", fitted to the reference video";
-}
-
-double mean_young(const FitScene& scene, const MaterialFile& material) {
-  double sum = 0;
-  size_t moving = 0;
-  for (size_t s = 0; s < material.young.size(); ++s)
-    if (scene.body.file.solid_driver[s] >= 0) {
-      sum += std::log(material.young[s]);
-      ++moving;
-    }
-  return std::exp(sum / std::max<size_t>(1, moving));
+  const MaterialKind found = fit.field_left ? MaterialKind::kUniform : kind;
+  if (!start.given) return std::string(name(found)) + ", fitted to the reference video";
+  const std::string factors = found == MaterialKind::kUniform ? "one factor" : fmt::format("factors ({})", name(found));
+  return "the initial material times " + factors + ", fitted to the reference video";
 }
 
 VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found, const Dissipation& losses) {
@@ -80,14 +78,14 @@ VelocityFile fitted_velocity(const FitScene& fit, const VibrationFit& found, con
   return out;
 }
 
-FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before) {
+FitFindings findings_of(const FitScene& scene, const MaterialFit& fit) {
   FitFindings out;
   const VibrationFit &constant = fit.homogeneous, &found = fit.found;
-  out.young = young_before * std::pow(10.0, found.log10_factor);
-  out.young_of_driver = fitted_young(fit, before, young_before);
+  out.young = scene.start.young * std::pow(10.0, found.log10_factor);
+  out.young_of_driver = fitted_young(scene, fit);
   out.sigma_of_driver = fit.sigma;
   for (const double factor : constant.search.log10_factor)
-    out.search_young.push_back(young_before * std::pow(10.0, factor));
+    out.search_young.push_back(scene.start.young * std::pow(10.0, factor));
   out.search_unexplained = constant.search.unexplained;
   for (const FitStep& step : fit.steps)
     out.refinements.push_back(
@@ -125,6 +123,7 @@ FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const Mat
   out.search_end = search.end;
   out.searched = !search.log10_factor.empty();
   out.one_stiffness = options.kind == MaterialKind::kUniform;
+  out.start_given = scene.start.given;
   out.poisson_fitted = options.poisson;
   out.density_fitted = options.density;
   out.errors_known = !fit.sigma.empty();

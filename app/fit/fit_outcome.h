@@ -13,15 +13,13 @@ namespace pliant {
 /// that particle's Poisson's ratio; samples that are held get `rest_factor`.
 MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor,
                              const std::string& source);
-/// How E(x) was found, for material.h5: the constant's, where a field was left.
-std::string source_of(const MaterialFit& fit, MaterialKind kind);
-/// Mean logarithm of E over the samples that move, as E [Pa].
-double mean_young(const FitScene& scene, const MaterialFile& material);
+/// How E(x) was found, for material.h5: by one factor, where a field was left.
+std::string source_of(const StartMaterial& start, const MaterialFit& fit, MaterialKind kind);
 /// velocity.h5: how the fitted motion starts.
 VelocityFile fitted_velocity(const FitScene& scene, const VibrationFit& found, const Dissipation& losses);
 
 /// What the pictures of a fit show, and what is said on how well it is determined.
-FitFindings findings_of(const MaterialFit& fit, const Particles& before, double young_before);
+FitFindings findings_of(const FitScene& scene, const MaterialFit& fit);
 FitEvidence evidence_of(const FitScene& scene, const MaterialFit& fit, const MaterialFitOptions& options, double young);
 
 /// Mean Poisson's ratio and density [kg/m^3] of what moves, by volume, and their ranges where they vary, if they were

@@ -66,9 +66,8 @@ FitScene load_body(const FitInputs& in) {
   FitScene fit;
   const Scene& scene = in.scene;
   ParticleFile particles = read_particles(in.files.at("particles"));
-  const ObjectMaterial material = check_material(scene, in.options.material, SetBy::kFit);
-  fit.solid = solid_material(particles, material);
-  fit.body = make_body(std::move(particles), scene, fit.solid, material.material);
+  fit.start = start_material(in, particles);
+  fit.body = make_body(std::move(particles), scene, fit.start.solid, fit.start.law);
   fit.pins = pins_of(fit.body.file.pinned_json, scene);
   GaussianCloud object = read_ply(in.files.at("object")), background = read_ply(in.files.at("background"));
   const int degree = std::max(object.sh_degree, background.sh_degree);

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "app/fit/fit_stage.h"
+#include "app/fit/start_material.h"
 #include "app/import/interactions.h"
 #include "app/simulate/simulated_body.h"
 #include "fitting/objective/picture_loss.h"
@@ -28,8 +29,8 @@ struct FitScene : FitView {
   std::vector<FitView> further;  ///< of other cameras at the same time, with the first's frames a second
   int used = 0;                  ///< frames that the fit may see; later ones judge it
   double free_after = -1;        ///< s after the first frame, from which on nothing pushes; negative: to be found
-  SimulatedBody body;            ///< with the material that the fit starts from
-  ElasticSamples solid;          ///< the same at all solid samples
+  StartMaterial start;
+  SimulatedBody body;  ///< with that material
   std::vector<Interaction> pins;
   std::shared_ptr<DrawnObject<float>> drawn;
 

@@ -44,7 +44,6 @@ FittedMotion replay(const FitScene& fit, const VibrationFit& found, const Partic
 json fit_to_video(const Context& context, const RunDirectory& run, const FitInputs& in, const std::string& provenance) {
   const FitStage& stage = in.options;
   const Scene& scene = in.scene;
-  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
   clear_fit_pictures(run);
   const FitScene fit = load_fit_scene(context, run, in);
   const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit,
@@ -57,13 +56,13 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
       fit_by_recipe(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);
   const VibrationFit& found = found_material.found;
   const Particles& fitted = found_material.particles;
-  MaterialFile stored =
-      fitted_material(fit, fitted, std::pow(10.0, found.log10_factor), source_of(found_material, options.kind));
+  MaterialFile stored = fitted_material(fit, fitted, std::pow(10.0, found.log10_factor),
+                                        source_of(fit.start, found_material, options.kind));
   if (!found_material.sigma.empty())
     for (const int driver : fit.body.file.solid_driver)
       stored.log10_young_sigma.push_back(
           static_cast<float>(driver >= 0 ? found_material.sigma[driver] : found.log10_sigma));
-  const double young = mean_young(fit, stored);
+  const double young = mean_young(fit.body.file, stored.young);
   write_material(run / in.outputs[0], stored, provenance);
   write_velocity(run / in.outputs[1], fitted_velocity(fit, found, found_material.losses), provenance);
 
@@ -76,7 +75,7 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
   FitEvidence evidence = evidence_of(fit, found_material, options, young);
   evidence.scores = scores;
   for (const std::string& doubt : doubts_of(evidence)) context.progress.warn("fit: " + doubt);
-  write_fit_pictures(run / "fit", fit, findings_of(found_material, fit.body.particles, material.young));
+  write_fit_pictures(run / "fit", fit, findings_of(fit, found_material));
   context.progress.say(fmt::format(
       "fit: E = {:.4g} Pa{} (+-{:.1f} % from noise alone), damping time {:.3g} s; PSNR {:.1f} dB in the moving "
       "region, fitted frames {} to {} (static first frame: {:.1f}; rest render against the first frame: {:.1f})",
@@ -105,7 +104,7 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
                  {"rms_search_px", found.rms_search},
                  {"rms_still_px", found.rms_rest},
                  {"constant", scores_to_json(constant_scores)},
-                 {"constant_young_pa", material.young * std::pow(10.0, constant.log10_factor)},
+                 {"constant_young_pa", fit.start.young * std::pow(10.0, constant.log10_factor)},
                  {"rms_homogeneous_px", found_material.homogeneous.rms},
                  {"steps", steps_to_json(found_material.steps)},
                  {"undetermined", undetermined_by_video(evidence, find_blindness(fit, motion), fit.video.fps)}};

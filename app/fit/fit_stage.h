@@ -81,6 +81,7 @@ struct FitStage {
   int parts = 6;                  ///< patches of the object by place and colour; those that look alike are one part
   std::string part_labels;        ///< file with labels of the scene's Gaussians, that say the parts instead
   MaterialValues material;        ///< command line's; E is where the search starts
+  std::string initial_material;   ///< file with E(x), nu(x) and rho(x) to start from instead, or kPredictedMaterial
   std::string solver = "auto";    ///< that of the roll-outs, see SimulateStage
   std::string prefix;             ///< of its options on the command line: "fit." in `run`
   bool physdreamer() const { return recipe.starts_with("physdreamer"); }
@@ -106,6 +107,9 @@ double fitted_periods(const FitStage& stage);
 void check_fit_stage(const FitStage& stage, bool with_video);
 /// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").
 void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice);
+
+/// Instead of a file: the material that `predict` found.
+constexpr const char* kPredictedMaterial = "predicted";
 
 /// What the material is fitted to.
 enum class FitKind { kVideo, kMarkers, kReleased, kGuided, kKinematic };

@@ -94,6 +94,13 @@ std::vector<Choice> of_generating(const FitStage& stage) {
           {stage.typed("video-model-prompt"), !stage.generate.prompt.empty()}};
 }
 
+/// What --initial-material says too.
+std::vector<Choice> of_constants(const FitStage& stage) {
+  return {{stage.typed("young"), stage.material.young.has_value()},
+          {stage.typed("poisson"), stage.material.poisson.has_value()},
+          {stage.typed("density"), stage.material.density.has_value()}};
+}
+
 std::vector<Choice> of_parts(const FitStage& stage) {
   return {{stage.typed("parts"), stage.parts != FitStage().parts},
           {stage.typed("part-labels"), !stage.part_labels.empty()}};
@@ -128,7 +135,8 @@ std::string FitStage::typed(const std::string& option) const {
 
 void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice) {
   refuse({{stage.typed("markers"), !stage.markers.file.empty()},
-          {stage.typed("released-fields"), stage.released_young.has_value()}},
+          {stage.typed("released-fields"), stage.released_young.has_value()},
+          {stage.typed("initial-material"), !stage.initial_material.empty()}},
          where, advice);
   for (const auto& of : {of_pictures, of_markers, of_gradients, of_picture_loss, of_guide, of_generating, of_parts})
     refuse(of(stage), where, advice);
@@ -145,6 +153,7 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
   if (stage.released_young) {
     refuse({{stage.typed("markers"), markers},
             {stage.typed("young"), stage.material.young.has_value()},
+            {stage.typed("initial-material"), !stage.initial_material.empty()},
             {stage.typed("solver"), stage.solver != FitStage().solver}},
            "with " + stage.typed("released-fields"), "leave one of them out");
     refuse(of_pictures(stage), "with " + stage.typed("released-fields") + ", which are used unchanged",
@@ -159,16 +168,18 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
   if (recipe && !stage.distilled())
     refuse({{stage.typed("guidance-cmd"), guided}}, with_recipe_text + ", which only compares with the video",
            "leave one of them out");
-  if (stage.kinematic())
+  if (stage.kinematic()) {
+    refuse(of_constants(stage), with_recipe_text + ", which has no physics", "leave it out, or use another recipe");
     refuse({{stage.typed("field"), !stage.field.empty()},
             {stage.typed("fit-poisson"), c.poisson},
             {stage.typed("fit-density"), c.density},
             {stage.typed("gradient-window"), c.window.has_value()},
-            {stage.typed("young"), stage.material.young.has_value()},
-            {stage.typed("poisson"), stage.material.poisson.has_value()},
-            {stage.typed("density"), stage.material.density.has_value()},
+            {stage.typed("initial-material"), !stage.initial_material.empty()},
             {stage.typed("solver"), stage.solver != FitStage().solver}},
            with_recipe_text + ", which has no physics", "leave it out, or use another recipe");
+  }
+  if (!stage.initial_material.empty())
+    refuse(of_constants(stage), "with " + stage.typed("initial-material"), "leave one of them out");
   if (stage.distilled()) {
     if (!guided)
       throw usage_error("fit", stage.typed("recipe") + " " + stage.recipe, "lets a program judge the motion",

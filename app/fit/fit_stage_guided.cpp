@@ -34,8 +34,7 @@ Motion<float> pushed_motion(const SimulationPlan& plan, const FitScene& fit) {
 }
 
 /// The particles' own relaxing branches: that of the scene's law everywhere, else the usual one.
-void add_branches(const ObjectMaterial& material, Particles& particles) {
-  const Material& law = material.material;
+void add_branches(const Material& law, Particles& particles) {
   std::vector<RelaxingBranch> branch;
   for (size_t i = 0; i < particles.size(); ++i)
     branch.push_back(law.law == Law::kViscoelastic
@@ -81,7 +80,6 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   const FitStage& stage = in.options;
   const Scene& scene = in.scene;
   const CompareStage& compare = stage.compare;
-  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
   const double fps = stage.fps > 0 ? stage.fps : kFps;
   clear_fit_pictures(run);
   DistilledFitOptions recipe =
@@ -90,7 +88,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   recipe.network = stage.field == "kan";
   const int drawn = *compare.guide_frames * (stage.distilled() ? recipe.stages : 1);
   FitScene fit = load_still_scene(in, unfilmed_camera(in.files.at("object"), scene, stage));
-  if (stage.distilled() && recipe.branch) add_branches(material, fit.body.particles);
+  if (stage.distilled() && recipe.branch) add_branches(fit.start.law, fit.body.particles);
   SimulateStage forces;
   forces.interactions = compare.load;
   forces.fps = fps;
@@ -122,7 +120,8 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
       fitted_material(fit, found.motion.particles, 1,
                       (stage.distilled() ? stage.recipe + (recipe.network ? " with a KAN" : "") : stage.field) +
                           ", guided by '" + options.clip.guide->name() + "'");
-  const double young = mean_young(fit, stored), damping_time = found.motion.options.simulate.damping_time;
+  const double young = mean_young(fit.body.file, stored.young),
+               damping_time = found.motion.options.simulate.damping_time;
   for (size_t s = 0; s < stored.young.size(); ++s)
     if (fit.body.file.solid_driver[s] < 0) stored.young[s] = static_cast<float>(young);
   if (stage.distilled() && recipe.branch)
@@ -138,15 +137,16 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   findings.young = young;
   findings.refinements = {{"guided", "loss of the guidance program", {}}};
   for (size_t i = 0; i < found.motion.particles.size(); ++i)
-    findings.young_of_driver.push_back(material.young * found.motion.particles.young[i] / fit.body.particles.young[i]);
+    findings.young_of_driver.push_back(fit.start.driver_young[i] * found.motion.particles.young[i] /
+                                       fit.body.particles.young[i]);
   for (const GradientFitRow& row : found.iterations) findings.refinements[0].value.push_back(row.loss);
   write_fit_pictures(run / "fit", fit, findings);
   context.progress.say(fmt::format("fit: E = {:.4g} Pa (before: {:.4g}), damping time {:.3g} s, after {} steps", young,
-                                   material.young, damping_time, found.iterations.size()));
+                                   fit.start.young, damping_time, found.iterations.size()));
   json result = {{"source", "guidance"},
                  {"guide", options.clip.guide->name()},
                  {"young_pa", young},
-                 {"young_before_pa", material.young},
+                 {"young_before_pa", fit.start.young},
                  {"damping_time_s", damping_time},
                  {"loss_first", found.iterations.front().loss},
                  {"loss_last", found.iterations.back().loss},

@@ -3,6 +3,7 @@
 #include "app/fit/fit_report.h"
 #include "app/fit/fit_stage.h"
 #include "app/fit/fit_video.h"
+#include "app/fit/start_material.h"
 #include "app/run/attach_scene.h"
 #include "app/run/physdreamer_scene.h"
 #include "gaussians/base/error.h"
@@ -66,7 +67,9 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   in.outputs = {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json"};
   in.kept = {"fit", folder + "/material.h5", folder + "/velocity.h5"};
   // The law and its constants are no options of this stage.
-  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
+  const std::string initial = initial_material_file(run, stage);
+  if (!initial.empty()) in.files["initial_material"] = initial;
+  const ObjectMaterial material = check_material(scene, stage.material, initial.empty() ? SetBy::kFit : SetBy::kFields);
   in.found["material"] = material_to_json(material);
   const Law law = material.material.law;
   if (kind == FitKind::kVideo && stage.recipe == "search" && !is_elastic(law))

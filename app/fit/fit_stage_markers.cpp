@@ -6,6 +6,7 @@
 
 #include "app/fit/fit_progress.h"
 #include "app/fit/fit_report.h"
+#include "app/fit/start_material.h"
 #include "app/import/interactions.h"
 #include "app/report/chart.h"
 #include "app/run/attach_scene.h"
@@ -133,15 +134,16 @@ ImageF search_chart(const MarkerFitResult& r) {
 }
 
 /// Plain sentences on what this recording cannot tell.
-std::vector<std::string> undetermined(const MarkerFitResult& r, const MarkerFitOptions& options, bool gravity) {
+std::vector<std::string> undetermined(const MarkerFitResult& r, const MarkerFitOptions& options, bool gravity,
+                                      bool start_given) {
   std::vector<std::string> out;
   out.push_back(
       gravity
           ? "The load is the body's own weight, so the markers determine E / density: E is valid for the given density."
           : "E is valid for the given density, Poisson's ratio and load.");
-  out.push_back(
-      "One stiffness was fitted for the whole object; neither differences between its parts nor Poisson's ratio were "
-      "fitted.");
+  out.push_back(std::string(start_given ? "One factor of the given material" : "One stiffness") +
+                " was fitted for the whole object; neither differences between its parts nor Poisson's ratio were "
+                "fitted.");
   if (!r.converged) out.push_back("The refinement stopped before it converged.");
   if (!std::isfinite(r.sigma_release))
     out.push_back("The release time was not found within the range searched; give --marker-release.");
@@ -160,12 +162,11 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   const Scene& scene = in.scene;
   const MarkerStage& m = stage.markers;
   parse_axes(m.axes);
-  const ObjectMaterial material = check_material(scene, stage.material, SetBy::kFit);
-  const bool guessed = material.young == kUnknownYoung && !stage.material.young;
   const MarkerTracks tracks = markers_in_scene(m, scene);
   ParticleFile particles = read_particles(in.files.at("particles"));
-  ElasticSamples solid = solid_material(particles, material);
-  const SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
+  StartMaterial material = start_material(in, particles);
+  const bool guessed = !material.given && material.young == kUnknownYoung && !stage.material.young;
+  const SimulatedBody body = make_body(std::move(particles), scene, material.solid, material.law);
   const std::vector<Interaction> load = load_of(m, scene, body.file);
   MarkerFitOptions options;
   options.model.simulate.gravity = m.interactions.empty() ? Vec3d::Zero() : Vec3d(-9.81 * scene.up);
@@ -206,9 +207,13 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   const MarkerFitResult seen = more ? fit_markers(later, fitted, load, tracks) : found;
 
   clear_fit_pictures(run);
+  ElasticSamples& solid = material.solid;
   for (float& young : solid.young) young = static_cast<float>(young * found.parameters.young_factor);
-  write_material(run / in.outputs[0],
-                 {solid.young, solid.poisson, solid.density, "homogeneous, fitted to markers", {}, {}}, provenance);
+  MaterialFile stored{solid.young, solid.poisson, solid.density, "", {}, {}};
+  stored.source =
+      std::string(material.given ? "the initial material times one factor" : "homogeneous") + ", fitted to markers";
+  stored.branch = solid.branch;
+  write_material(run / in.outputs[0], stored, provenance);
   VelocityFile start;
   const size_t n = body.particles.size();
   start.velocity.assign(n, Vec3f::Zero());
@@ -247,7 +252,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
               {"converged", found.converged},
               {"rollouts", found.rollouts},
               {"seconds", found.seconds},
-              {"undetermined", undetermined(found, options, m.interactions.empty())}};
+              {"undetermined", undetermined(found, options, m.interactions.empty(), material.given)}};
   json full = out;
   full["search_young_pa_rms_mm"] = curve;
   full["loss"] = found.loss;

@@ -268,6 +268,14 @@ OptionTable options_of(FitStage& stage) {
            "Use the published fields of a PhysDreamer scene folder with this E0 [Pa in its cube] instead of fitting",
        .value = "E0",
        .low = 0},
+      {.name = "initial-material",
+       .field = &stage.initial_material,
+       .help =
+           "Start from this E(x), nu(x) and rho(x), of which factors are fitted: a file as for simulate's --material",
+       .value = "FILE|predicted",
+       .choices = {kPredictedMaterial},
+       .exists = true,
+       .recorded = Recorded::kElsewhere},
       solver_option(stage.solver),
   };
   for (const std::vector<Option>& more :

@@ -82,6 +82,7 @@ class OptionEffects : public FitVideo {
         {"fit.field", "smooth"},
         {"fit.loss", "both"},
         {"fit.part-labels", file("names.txt")},
+        {"fit.initial-material", file("names.txt")},
         {"fit.guidance-cmd", "true"},
         {"fit.guidance-load", file("config.json")},
         {"fit.video-model-cmd", "true"},
@@ -299,9 +300,12 @@ TEST_F(OptionEffects, OfFit) {
   try_all<FitStage>({"--recipe", "physdreamer"}, with(to_video, with(parts, {"guidance-cmd", "periods"})));
   try_all<FitStage>({"--guidance-cmd", "true"}, with(with(with(markers, drawing), with(model, always)),
                                                      with(with(images, one_field), {"markers", "recipe"})));
-  try_all<FitStage>({"--recipe", "dreamgaussian4d"},
-                    with(to_video, with(parts, {"guidance-cmd", "periods", "field", "young", "poisson", "density",
-                                                "solver", "fit-poisson", "fit-density", "gradient-window"})));
+  try_all<FitStage>(
+      {"--recipe", "dreamgaussian4d"},
+      with(to_video, with(parts, {"guidance-cmd", "periods", "field", "young", "poisson", "density", "solver",
+                                  "fit-poisson", "fit-density", "gradient-window", "initial-material"})));
+  try_all<FitStage>({"--initial-material", values_.at("fit.initial-material")},
+                    with(with(none, one_field), {"young", "poisson", "density"}));
   Names generated =
       with(with(by_tracks, one_field), {"video", "video-first", "video-last", "refine-camera", "compare-fps"});
   for (const std::string& name : model) generated.erase(name);
@@ -309,7 +313,9 @@ TEST_F(OptionEffects, OfFit) {
   Names all;
   FitStage stage;
   for (const Option& option : options_of(stage).options) all.insert(option.name);
-  for (const std::string& name : with(markers, {"young", "poisson", "density", "solver", "markers"})) all.erase(name);
+  for (const std::string& name :
+       with(markers, {"young", "poisson", "density", "initial-material", "solver", "markers"}))
+    all.erase(name);
   try_all<FitStage>({"--markers", values_.at("fit.markers")}, all);
 }
 

@@ -169,6 +169,15 @@ TEST(CheckFitStage, ANetworkOfPlacesIsDreamphysicsAlone) {
   expect_error(Failure::kUsage, {"--field"}, [&] { check_fit_stage(stage, false); });
 }
 
+TEST(CheckFitStage, AMaterialToStartFromSaysAllItsConstants) {
+  expect_refused(
+      {{"--young", [](FitStage& s) { s.material.young = 1e5; }},
+       {"--poisson", [](FitStage& s) { s.material.poisson = 0.3; }},
+       {"--density", [](FitStage& s) { s.material.density = 1e3; }},
+       {"--released-fields", [](FitStage& s) { s.released_young = 1e5; }}},
+      [](FitStage& s) { s.initial_material = "m.h5"; }, true);
+}
+
 TEST(CheckFitStage, AMotionWithoutPhysicsTakesNoMaterial) {
   FitStage stage;
   stage.recipe = "dreamgaussian4d";
@@ -180,6 +189,7 @@ TEST(CheckFitStage, AMotionWithoutPhysicsTakesNoMaterial) {
        {"--young", [](FitStage& s) { s.material.young = 1e5; }},
        {"--poisson", [](FitStage& s) { s.material.poisson = 0.3; }},
        {"--density", [](FitStage& s) { s.material.density = 1e3; }},
+       {"--initial-material", [](FitStage& s) { s.initial_material = "m.h5"; }},
        {"--solver", [](FitStage& s) { s.solver = "eulerian"; }},
        {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
        {"--fit-density", [](FitStage& s) { s.compare.density = true; }},

@@ -18,7 +18,7 @@
 #include "app/store/velocity.h"
 #include "fitting/fields/triplane_field.h"
 #include "gaussians/io/splats/ply.h"
-#include "tests/app/fit_video_scene.h"
+#include "tests/app/fit_of_few_particles.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -69,32 +69,6 @@ TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   EXPECT_LE(steps[2]["loss"].back().get<double>(), steps[2]["loss"].front().get<double>());
   EXPECT_NE(read_text(folder / "run/fit/report.html").find("stopped by"), std::string::npos);
 }
-
-/// A fit of few particles and frames: what is looked at is that each kind comes out whole.
-class FitOfFewParticles : public FitVideo {
- protected:
-  void SetUp() override {
-    fs::copy(folder / "run", folder / "small", fs::copy_options::recursive);
-    ASSERT_EQ(run_quietly({"seed", (folder / "small").string(), "--particles", "300", "--overwrite"}), 0);
-    object = fs::directory_iterator(folder / "small/objects")->path();
-  }
-  void TearDown() override { fs::remove_all(folder / "small"); }
-
-  json fitted(std::vector<std::string> more) {
-    more.insert(more.begin(), {"fit", (folder / "small").string(), "--overwrite", "--points", "60", "--video-last",
-                               "0.9", "--compare-fps", "12"});
-    EXPECT_EQ(run_quietly(more), 0);
-    return json::parse(read_text(folder / "small/fit/results.json"));
-  }
-  /// How sure each sample's E is goes with it.
-  void expect_sigmas(const MaterialFile& material) {
-    const size_t samples = read_particles(object / "particles.h5").solid_position.size();
-    ASSERT_EQ(material.young.size(), samples);
-    ASSERT_EQ(material.log10_young_sigma.size(), samples);
-    for (const float sigma : material.log10_young_sigma) EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
-  }
-  fs::path object;
-};
 
 TEST_F(FitOfFewParticles, SmoothFieldsAreFittedByTheCommand) {
   const json smooth = fitted({"--field", "smooth"});

@@ -124,11 +124,15 @@ TEST(FitLimits, WhereARefinementBeganIsNoRivalOfIt) {
 
 TEST(FitOutcome, AFieldThatWasLeftIsWrittenAsTheConstantItIs) {
   MaterialFit fit;
-  EXPECT_EQ(source_of(fit, MaterialKind::kParts), "by parts, fitted to the reference video");
-  EXPECT_EQ(source_of(fit, MaterialKind::kTriplanes), "triplanes, fitted to the reference video");
+  EXPECT_EQ(source_of({}, fit, MaterialKind::kParts), "by parts, fitted to the reference video");
+  EXPECT_EQ(source_of({}, fit, MaterialKind::kTriplanes), "triplanes, fitted to the reference video");
   fit.field_left = true;
   for (const MaterialKind kind : {MaterialKind::kParts, MaterialKind::kSmooth})
-    EXPECT_EQ(source_of(fit, kind), "homogeneous, fitted to the reference video");
+    EXPECT_EQ(source_of({}, fit, kind), "homogeneous, fitted to the reference video");
+  StartMaterial given;
+  given.given = true;
+  EXPECT_EQ(source_of(given, fit, MaterialKind::kParts),
+            "the initial material times one factor, fitted to the reference video");
 }
 
 }  // namespace

@@ -122,6 +122,19 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   EXPECT_TRUE(start.velocity.front().isZero(0));
   EXPECT_EQ(start.position, read_particles(object / "particles.h5").driving_position);
 
+  // From a file with the material to start from, the same.
+  const MaterialFile fitted = read_material(object / "material.h5");
+  MaterialFile first = fitted;
+  first.young.assign(fitted.young.size(), 15000);
+  write_material(folder / "first.h5", first, "{}");
+  std::vector<std::string> from_file = fit;
+  from_file.insert(from_file.end(), {"--initial-material", (folder / "first.h5").string()});
+  ASSERT_EQ(run_quietly(from_file), 0);
+  EXPECT_EQ(read_material(object / "material.h5").young, fitted.young);
+  EXPECT_EQ(read_material(object / "material.h5").source, "the initial material times one factor, fitted to markers");
+  ASSERT_EQ(run_quietly(wrong_start), 0);
+  const json again = json::parse(read_text(folder / "run/fit/results.json"));
+
   // The same again is no work.
   const std::string record = read_text(folder / "run/run.json");
   ASSERT_EQ(run_quietly(wrong_start), 0);
@@ -141,9 +154,10 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   EXPECT_EQ(refused(table, {"--marker-axes", "y,x,z"}), 2);  // mirrored
   EXPECT_EQ(refused(table, {"--video", "a.mp4"}), 2);
   EXPECT_EQ(run_quietly({"fit", out, "--markers", (folder / "none.csv").string(), "--overwrite"}), 1);
-  EXPECT_EQ(json::parse(read_text(folder / "run/fit/results.json")), result);
+  EXPECT_EQ(json::parse(read_text(folder / "run/fit/results.json")), again);
 
   // Interrupted in the search or in the refinement it goes on, and ends with the same numbers.
+  EXPECT_EQ(again["young_pa"], result["young_pa"]);
   Progress progress(true);
   int asked = 0, most = std::numeric_limits<int>::max();
   const Context context{progress, [&] { return ++asked > most; }};
