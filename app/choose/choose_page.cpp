@@ -11,6 +11,7 @@
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/webp.h"
 #include "gaussians/render/render.h"
+#include "segmentation/select/prepared_scene.h"
 #include "segmentation/sheets/objects_sheet.h"
 
 namespace pliant {
@@ -45,12 +46,7 @@ SegmentStage segment_by(const Marks& marks) {
   return stage;
 }
 
-std::vector<int> shown_cameras(const Scene& scene) {
-  std::vector<int> out;
-  const size_t count = std::min(scene.cameras.size(), kMostViews);
-  for (size_t k = 0; k < count; ++k) out.push_back(static_cast<int>(k * scene.cameras.size() / count));
-  return out;
-}
+std::vector<int> shown_cameras(const Scene& scene) { return different_cameras(scene.cameras, kMostViews); }
 
 Camera shown_camera(const Scene& scene, int camera) {
   const Camera& full = scene.cameras[camera];

@@ -22,7 +22,7 @@ struct Marks {
 /// The stage that selects by them.
 SegmentStage segment_by(const Marks& marks);
 
-/// The cameras that the page shows, at most eight.
+/// The cameras that the page shows, at most eight, all of which are prepared for selection.
 std::vector<int> shown_cameras(const Scene& scene);
 /// A camera of the scene at the size of the page's pictures.
 Camera shown_camera(const Scene& scene, int camera);

@@ -7,9 +7,7 @@
 #include "gaussians/base/portable.h"
 
 namespace pliant {
-namespace {
 
-/// Cameras that look from directions and places that differ most, ascending; the first is among them.
 std::vector<int> different_cameras(const std::vector<Camera>& cameras, size_t most) {
   const size_t n = cameras.size();
   std::vector<double> far(n, INFINITY);
@@ -31,8 +29,6 @@ std::vector<int> different_cameras(const std::vector<Camera>& cameras, size_t mo
   std::sort(chosen.begin(), chosen.end());
   return chosen;
 }
-
-}  // namespace
 
 WindowView whole_picture(const std::vector<Camera>& cameras, int camera, int longest) {
   const PictureRect rect{0, 0, static_cast<double>(cameras[camera].width), static_cast<double>(cameras[camera].height)};

@@ -31,6 +31,10 @@ struct PreparedScene {
   const RegionView* view_of(int camera) const;
 };
 
+/// At most `most` cameras that look from directions and places that differ most, ascending; the first is among them.
+/// Fewer are some of more: up to `most_views` all are prepared.
+std::vector<int> different_cameras(const std::vector<Camera>& cameras, size_t most);
+
 /// Equal for any number of threads.
 PreparedScene prepare_scene(const PrepareOptions& options, const GaussianCloud& cloud,
                             const std::vector<Camera>& cameras);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
@@ -108,6 +109,23 @@ struct GestureTest : ::testing::Test {
 };
 
 }  // namespace
+
+TEST_F(GestureTest, TheCamerasThatDifferMostAreAmongAnyGreaterNumberOfThem) {
+  const std::vector<Camera>& all = scene.cameras;
+  ASSERT_GT(all.size(), 5u);
+  std::vector<int> fewer;
+  for (size_t count = 1; count <= all.size() + 2; ++count) {
+    const std::vector<int> some = different_cameras(all, count);
+    EXPECT_EQ(some.size(), std::min(count, all.size()));
+    EXPECT_TRUE(std::ranges::is_sorted(some));
+    EXPECT_TRUE(std::ranges::includes(some, fewer)) << count;
+    fewer = some;
+  }
+  // Of a ring of cameras, the second looks from the other side.
+  const std::vector<int> two = different_cameras(all, 2);
+  EXPECT_EQ(two[0], 0);
+  EXPECT_LT(all[two[1]].cam_from_world.linear().row(2).dot(all[0].cam_from_world.linear().row(2)), -0.5);
+}
 
 TEST_F(GestureTest, BoxesAroundABallSelectTheBall) {
   for (float loosen : {0.03f, 0.1f}) {
