@@ -40,16 +40,34 @@ nlohmann::json convert_splats(const Context& context, const ConvertOptions& opti
   if (options.degree) cloud = with_sh_degree(cloud, *options.degree);
   for (Vec3f& x : cloud.position) x *= static_cast<float>(options.scale);
   for (Vec3f& s : cloud.log_scale) s.array() += static_cast<float>(std::log(options.scale));
-  for (const std::string& lost : write_splats(options.out, cloud, report.antialiased)) context.progress.warn(lost);
+  for (const std::string& lost : write_splats(options.out, cloud, report.antialiased, report.z_is_up))
+    context.progress.warn(lost);
   return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};
+}
+
+/// The points of structure from motion that belong to the cameras; none where they cannot be read.
+SparsePoints points_of(const Context& context, const ConvertOptions& options, const CameraFile& file) {
+  try {
+    SparsePoints points = read_sparse_points(options.in, file.cameras);
+    for (Vec3f& x : points.position) x *= static_cast<float>(options.scale);
+    return points;
+  } catch (const Error& error) {
+    if (error.failure != Failure::kInput) throw;
+    context.progress.warn(std::string(error.what()) + "; the points are left out");
+    return {};
+  }
 }
 
 nlohmann::json convert_cameras(const Context& context, const ConvertOptions& options) {
   CameraFile file = read_cameras(options.in);
   for (Camera& camera : file.cameras) camera.cam_from_world.translation() *= options.scale;
   for (const std::string& warning : file.warnings) context.progress.warn(warning);
-  for (const std::string& lost : write_cameras(options.out, file.cameras)) context.progress.warn(lost);
-  return {{"cameras", file.cameras.size()}};
+  const SparsePoints points = points_of(context, options, file);
+  const fs::path points_file = points_beside(options.out);
+  if (!points.empty() && fs::exists(points_file) && !context.overwrite)
+    throw usage_error(points_file.string(), "", "already exists", "give --overwrite, or another name");
+  for (const std::string& lost : write_cameras(options.out, file.cameras, points)) context.progress.warn(lost);
+  return {{"cameras", file.cameras.size()}, {"points", points.position.size()}};
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cstdio>
+#include <optional>
 
 #include "app/store/hdf5_file.h"
 #include "gaussians/base/error.h"
@@ -63,6 +64,14 @@ std::string ply_of(const SimFrame& frame) {
   return bytes;
 }
 
+/// The frame of a file of such a name.
+std::optional<size_t> frame_of(const std::string& name) {
+  size_t frame = 0;
+  for (const char* extension : {"h5", "ply"})
+    if (std::sscanf(name.c_str(), "sim_%10zu.", &frame) == 1 && name == name_of(frame, extension)) return frame;
+  return std::nullopt;
+}
+
 }  // namespace
 
 void write_physgaussian_output(const fs::path& folder, const PhysGaussianOutput& what, const TrajectoryFile& trajectory,
@@ -84,6 +93,16 @@ void write_physgaussian_output(const fs::path& folder, const PhysGaussianOutput&
     }
     if (what.ply) write_text(target / name_of(f, "ply"), ply_of(frame));
   }
+}
+
+void remove_physgaussian_frames(const fs::path& folder, size_t first) {
+  std::vector<fs::path> later;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder / "simulation_ply", ignored)) {
+    const std::optional<size_t> frame = frame_of(entry.path().filename().string());
+    if (frame && *frame >= first) later.push_back(entry.path());
+  }
+  for (const fs::path& file : later) fs::remove(file);
 }
 
 }  // namespace pliant

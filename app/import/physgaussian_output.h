@@ -17,4 +17,7 @@ struct PhysGaussianOutput {
 void write_physgaussian_output(const std::filesystem::path& folder, const PhysGaussianOutput& what,
                                const TrajectoryFile& trajectory, const SimulationSpace& space);
 
+/// Removes such files, .h5 and .ply, of frame `first` and those behind it, which a longer motion left.
+void remove_physgaussian_frames(const std::filesystem::path& folder, size_t first);
+
 }  // namespace pliant

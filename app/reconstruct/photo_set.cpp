@@ -52,10 +52,10 @@ PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
     set.settings = read_scene_file(scene);
     set.cameras = set.settings.cameras;
     set.photos = set.settings.photos;
-    if (set.cameras.empty()) set.cameras = cameras_in(scene.parent_path());
+    if (set.cameras.empty()) set.cameras = cameras_in(scene.parent_path(), ColmapChoice::kLargest);
   } else {
     set.cameras = cameras_at(source);
-    if (set.cameras.empty() && folder) set.cameras = cameras_in(source);
+    if (set.cameras.empty() && folder) set.cameras = cameras_in(source, ColmapChoice::kLargest);
   }
   if (!photos.empty()) {
     if (!fs::is_directory(photos, ignored))
@@ -88,6 +88,7 @@ CameraFile read_photo_cameras(const PhotoSet& set) {
   if (file.photos_found == 0)
     throw input_error(set.cameras.string(), "", fmt::format("lists {} photos, none of which was found", file.frames),
                       "put them where the file names them, or give their folder with --photos");
+  if (const std::string sentence = other_models(set.cameras); !sentence.empty()) file.warnings.push_back(sentence);
   return file;
 }
 

@@ -41,6 +41,19 @@ Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& opt
   return scene;
 }
 
+/// Keeps the up direction of a run that was made with the mean of the cameras' picture-up.
+void keep_mean_up(const RunDirectory& run, Scene& scene, const LoadOptions& options) {
+  const json segment = run.last_record("segment");
+  const json up = segment.is_object() ? segment.value("scene", json::object()).value("up", json()) : json();
+  if (options.up || scene.settings.up || scene.cameras_are_orbit || !up.is_array() || up.size() != 3) return;
+  const Eigen::Vector3d recorded(up[0], up[1], up[2]);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Camera& camera : scene.cameras) mean -= camera.cam_from_world.linear().row(1).transpose();
+  if ((recorded - mean.normalized()).norm() > 1e-9 || recorded == scene.up) return;
+  scene.up = recorded;
+  scene.up_source = "mean up of the cameras, with which this run was made";
+}
+
 }  // namespace
 
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
@@ -55,7 +68,9 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
   check_name(run.path().string());
   const json record = recorded(source, options);
   check_name(record["source"]);
-  Scene scene = load_any_scene(source, options);
+  // Later stages read the path as it is recorded, beside which there may be other files than beside a link to it.
+  Scene scene = load_any_scene(record["source"].get<std::string>(), options);
+  if (!context.overwrite) keep_mean_up(run, scene, options);
   check_names(scene);
   refuse_unused(options, scene);
   run.set_scene(record, context.overwrite);
@@ -87,6 +102,7 @@ Scene load_run_scene(const RunDirectory& run) {
   if (record.contains("metres_per_unit")) options.metres_per_unit = record["metres_per_unit"].get<double>();
   options.object_height = record.value("object_height", 0.0);
   Scene scene = load_any_scene(record["source"].get<std::string>(), options);
+  keep_mean_up(run, scene, options);
   scale_by_object(run, scene);
   return scene;
 }

@@ -80,7 +80,11 @@ const std::vector<PartRow>& rows() {
          to.settings.splats = from.settings.splats;
        },
        record_splats},
-      {ScenePart::kAntialiased, [](const Scene& from, Scene& to) { to.report.antialiased = from.report.antialiased; },
+      {ScenePart::kAntialiased,
+       [](const Scene& from, Scene& to) {
+         to.report.antialiased = from.report.antialiased;
+         to.report.z_is_up = from.report.z_is_up;
+       },
        [](const Scene& scene, SceneRecord& record) { record.values["antialiased"] = scene.report.antialiased; }},
       {ScenePart::kCameras,
        [](const Scene& from, Scene& to) {

@@ -166,8 +166,9 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   const ExtractResult result = extract(options, scene.cloud, segmentation);
   const GaussianCloud object = scene.cloud.select(result.object);
   std::filesystem::create_directories(run / folder);
-  write_ply(run / (folder + "/object.ply"), object, scene.report.antialiased);
-  write_ply(run / "background.ply", scene.cloud.select(result.background), scene.report.antialiased);
+  const ReadReport& report = scene.report;
+  write_ply(run / (folder + "/object.ply"), object, report.antialiased, report.z_is_up);
+  write_ply(run / "background.ply", scene.cloud.select(result.background), report.antialiased, report.z_is_up);
 
   RenderOptions render;
   render.antialiased = scene.report.antialiased;

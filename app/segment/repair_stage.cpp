@@ -31,7 +31,7 @@ json repair_background(const Context& context, const RunDirectory& run, const St
       },
       inpainter.get());
   context.progress.end();
-  write_ply(run / "background_repaired.ply", result.background, in.scene.report.antialiased);
+  write_ply(run / "background_repaired.ply", result.background, in.scene.report.antialiased, in.scene.report.z_is_up);
   write_image(run / "repair.png", repair_sheet(result, background, object, cameras, options.render));
   const RepairSummary& s = result.summary;
   context.progress.say("repair: " + s.describe());

@@ -88,6 +88,7 @@ json export_physgaussian(const Context& context, const RunDirectory& run, const 
   }
   const TrajectoryFile trajectory = read_trajectory(run / (object_folder(run) + "/trajectory.h5"));
   write_physgaussian_output(folder, {}, trajectory, simulated);
+  remove_physgaussian_frames(folder, trajectory.frames.size());
   context.progress.say(fmt::format("wrote {} frames of {} particles to {}", trajectory.frames.size(),
                                    trajectory.frames[0].position.size(), (folder / "simulation_ply").string()));
   return {{"folder", folder.string()}, {"frames", trajectory.frames.size()}};
@@ -151,7 +152,8 @@ json run_export(const Context& context, RunDirectory& run, const Scene& scene, c
       throw Error(Failure::kInterrupted, "export", "", "interrupted", "run the same command to continue");
     const fs::path file = folder / record["frames"][k]["file"].get<std::string>();
     if (!fs::exists(file)) {
-      write_ply(file, stage.object_only ? moving.object_at(*frames[k]) : moving.all_at(*frames[k]), moving.antialiased);
+      write_ply(file, stage.object_only ? moving.object_at(*frames[k]) : moving.all_at(*frames[k]), moving.antialiased,
+                scene.report.z_is_up);
       ++written;
     }
     context.progress.done(static_cast<int>(k) + 1);

@@ -8,6 +8,7 @@
 #include "gaussians/io/cameras/colmap.h"
 #include "gaussians/io/cameras/llff.h"
 #include "gaussians/io/cameras/middlebury.h"
+#include "gaussians/io/cameras/ply_points.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
 
@@ -50,6 +51,31 @@ Format format_of(const fs::path& path) {
   return is_par_file(path) ? Format::kMiddlebury : Format::kNone;
 }
 
+CameraFile read_format(const fs::path& file, const fs::path& photos, PhotoFit fit) {
+  switch (format_of(file)) {
+    case Format::kTransforms:
+      return read_transforms(file, photos, fit);
+    case Format::kCamerasJson:
+      return read_cameras_json(file, photos, fit);
+    case Format::kColmap:
+      return read_colmap(file, photos, fit);
+    case Format::kMiddlebury:
+      return read_middlebury(file, photos, fit);
+    case Format::kLlff:
+      return read_llff(file, photos, fit);
+    case Format::kNone:
+      break;
+  }
+  throw input_error(file.string(), "", "contains no known cameras", "give a file or COLMAP model with cameras");
+}
+
+/// Of models with equally many images the first.
+const NumberedModel& chosen(const std::vector<NumberedModel>& models, ColmapChoice choice) {
+  if (choice == ColmapChoice::kFirst) return models.front();
+  return *std::max_element(models.begin(), models.end(),
+                           [](const NumberedModel& a, const NumberedModel& b) { return a.images < b.images; });
+}
+
 }  // namespace
 
 fs::path cameras_at(const fs::path& path) {
@@ -62,7 +88,7 @@ fs::path cameras_at(const fs::path& path) {
   return {};
 }
 
-fs::path cameras_in(const fs::path& folder) {
+fs::path cameras_in(const fs::path& folder, ColmapChoice choice) {
   std::error_code ignored;
   for (const char* name : {"transforms.json", "transforms_train.json"}) {
     if (fs::is_regular_file(folder / name, ignored)) return folder / name;
@@ -76,43 +102,62 @@ fs::path cameras_in(const fs::path& folder) {
   std::sort(par.begin(), par.end());
   if (!transforms.empty()) return transforms.front();
   if (fs::is_regular_file(folder / "cameras.json", ignored)) return folder / "cameras.json";
-  for (const char* model : {"", "sparse/0", "sparse", "colmap/sparse/0"}) {
-    if (is_colmap(folder / model)) return (folder / model).lexically_normal();
+  if (is_colmap(folder)) return folder.empty() ? fs::path(".") : folder.lexically_normal();
+  for (const char* name : {"sparse", "colmap/sparse"}) {
+    const std::vector<NumberedModel> models = numbered_models_in(folder / name);
+    if (!models.empty()) return chosen(models, choice).folder.lexically_normal();
+    if (is_colmap(folder / name)) return (folder / name).lexically_normal();
   }
   if (!par.empty()) return par.front();
   return fs::is_regular_file(folder / "poses_bounds.npy", ignored) ? folder / "poses_bounds.npy" : fs::path();
 }
 
+std::string other_models(const fs::path& cameras) {
+  if (!is_colmap(cameras)) return "";
+  const fs::path model = fs::absolute(cameras / "").lexically_normal().parent_path();
+  std::string used, others;
+  for (const NumberedModel& other : numbered_models_in(model.parent_path())) {
+    const std::string name = (other.folder.parent_path().filename() / other.folder.filename()).string(),
+                      images = std::to_string(other.images);
+    if (other.folder == model)
+      used = name + " with " + images + " images is used";
+    else
+      others += (others.empty() ? "" : ", ") + name + " has " + images;
+  }
+  return used.empty() || others.empty() ? "" : cameras.string() + ": " + used + "; " + others;
+}
+
 CameraFile read_cameras(const fs::path& path, const fs::path& photos, PhotoFit fit) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw input_error(path.string(), "", "does not exist", "check the name");
-  fs::path at = cameras_at(path);
-  if (at.empty() && fs::is_directory(path, ignored)) at = cameras_in(path);
-  switch (format_of(at)) {
-    case Format::kTransforms:
-      return read_transforms(at, photos, fit);
-    case Format::kCamerasJson:
-      return read_cameras_json(at, photos, fit);
-    case Format::kColmap:
-      return read_colmap(at, photos, fit);
-    case Format::kMiddlebury:
-      return read_middlebury(at, photos, fit);
-    case Format::kLlff:
-      return read_llff(at, photos, fit);
-    case Format::kNone:
-      break;
-  }
-  throw input_error(path.string(), "", "contains no known cameras",
-                    "give a transforms.json, the cameras.json of 3DGS, a COLMAP model, a Middlebury _par.txt, or the "
-                    "poses_bounds.npy of LLFF");
+  const fs::path named = cameras_at(path);
+  const bool sought = named.empty() && fs::is_directory(path, ignored);
+  const fs::path at = sought ? cameras_in(path) : named;
+  if (at.empty())
+    throw input_error(path.string(), "", "contains no known cameras",
+                      "give a transforms.json, the cameras.json of 3DGS, a COLMAP model, a Middlebury _par.txt, or the "
+                      "poses_bounds.npy of LLFF");
+  CameraFile file = read_format(at, photos, fit);
+  if (const std::string sentence = sought ? other_models(at) : ""; !sentence.empty()) file.warnings.push_back(sentence);
+  return file;
 }
 
-std::vector<std::string> write_cameras(const fs::path& file, const std::vector<Camera>& cameras) {
+fs::path points_beside(const fs::path& file) { return file.parent_path() / (file.stem().string() + "_points.ply"); }
+
+std::vector<std::string> write_cameras(const fs::path& file, const std::vector<Camera>& cameras,
+                                       const SparsePoints& points) {
   if (file.extension() != ".json")
     throw usage_error(file.string(), "", "is in a format that cannot be written",
                       "cameras: transforms.json or cameras.json");
-  if (file.filename() != "cameras.json") return write_transforms(file, cameras), std::vector<std::string>();
   std::vector<std::string> lost;
+  if (file.filename() != "cameras.json") {
+    const fs::path points_file = points.empty() ? fs::path() : points_beside(file);
+    if (!points.empty()) write_ply_points(points_file, points);
+    write_transforms(file, cameras, points_file);
+    return lost;
+  }
+  if (!points.empty())
+    lost.push_back(file.string() + ": cameras.json does not name points: " + points.source + " are left out");
   bool centred = true, straight = true;
   for (const Camera& camera : cameras) {
     centred =

@@ -1,6 +1,7 @@
 #include "gaussians/io/cameras/colmap.h"
 
 #include <Eigen/Geometry>
+#include <charconv>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/colmap_records.h"
@@ -37,6 +38,22 @@ void add_frame(const ColmapImage& image, const std::map<uint32_t, Camera>& camer
 }  // namespace
 
 bool is_colmap(const fs::path& folder) { return !colmap_extension(folder).empty(); }
+
+std::vector<NumberedModel> numbered_models_in(const fs::path& folder) {
+  std::map<uint32_t, fs::path> numbered;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    uint32_t number = 0;
+    const auto [end, failed] = std::from_chars(name.data(), name.data() + name.size(), number);
+    if (failed == std::errc() && end == name.data() + name.size() && is_colmap(entry.path()))
+      numbered.emplace(number, entry.path());
+  }
+  std::vector<NumberedModel> models;
+  for (const auto& [number, path] : numbered)
+    models.push_back({path, count_colmap_images(path / ("images" + colmap_extension(path)))});
+  return models;
+}
 
 CameraFile read_colmap(const fs::path& folder, const fs::path& photos, PhotoFit fit) {
   const std::string extension = colmap_extension(folder);

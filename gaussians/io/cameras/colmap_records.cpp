@@ -1,6 +1,7 @@
 #include "gaussians/io/cameras/colmap_records.h"
 
 #include <cmath>
+#include <fstream>
 
 #include "gaussians/io/files/byte_reader.h"
 #include "gaussians/io/files/files.h"
@@ -11,6 +12,8 @@ namespace pliant {
 namespace {
 
 constexpr uint64_t kImagePointBytes = 24;  // x, y as doubles and the id of the point in space
+constexpr uint64_t kImageBytes =
+    4 + 7 * 8 + 4 + 1 + 8;  // at least: id, pose, camera, end of the name, number of points
 
 /// Camera models in the order of COLMAP's ids.  `supported` ones are a pinhole with radial or tangential distortion.
 struct Model {
@@ -96,7 +99,7 @@ void read_binary_images(const fs::path& path, bool with_points, const UseColmapI
   const std::string bytes = read_text(path);
   ByteReader in(bytes, path.string());
   const auto count = in.take<uint64_t>("number of images");
-  in.expect(count, 4 + 7 * 8 + 4 + 1 + 8, "number of images");
+  in.expect(count, kImageBytes, "number of images");
   for (uint64_t i = 0; i < count; ++i) {
     ColmapImage image;
     image.id = in.take<uint32_t>("image id");
@@ -204,6 +207,24 @@ std::string colmap_extension(const fs::path& folder) {
 
 std::map<uint32_t, Camera> read_colmap_cameras(const fs::path& file) {
   return file.extension() == ".bin" ? read_binary_cameras(file) : read_text_cameras(file);
+}
+
+uint64_t count_colmap_images(const fs::path& file) {
+  uint64_t count = 0;
+  if (file.extension() == ".bin") {
+    std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&count), sizeof count);
+    std::error_code failed;
+    const uint64_t size = fs::file_size(file, failed);
+    return failed || count > size / kImageBytes ? 0 : count;
+  }
+  std::istringstream in(read_text(file));
+  std::string line;
+  for (int number = 0; next_colmap_line(in, line, number);) {
+    if (line.find_first_not_of(" \t") == std::string::npos) continue;
+    ++count;
+    next_colmap_line(in, line, number);  // its points
+  }
+  return count;
 }
 
 void for_each_colmap_image(const fs::path& file, bool with_points, const UseColmapImage& use) {

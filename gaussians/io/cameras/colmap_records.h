@@ -33,6 +33,9 @@ using UseColmapImage = std::function<void(const ColmapImage&, const std::string&
 /// Calls `use` for the images of images.{bin,txt}; their features are read only `with_points`.
 void for_each_colmap_image(const std::filesystem::path& file, bool with_points, const UseColmapImage& use);
 
+/// How many images images.{bin,txt} says that it has, without reading them; 0 when its size contradicts that.
+uint64_t count_colmap_images(const std::filesystem::path& file);
+
 /// The next line of a text model that is no comment, which may be empty; false at the end.  Counts lines in `number`.
 bool next_colmap_line(std::istringstream& in, std::string& line, int& number);
 

@@ -8,4 +8,7 @@ namespace pliant {
 /// file, property and vertex.
 SparsePoints read_ply_points(const std::filesystem::path& file);
 
+/// Writes x, y, z and red, green, blue in bytes, binary little endian, atomically.
+void write_ply_points(const std::filesystem::path& file, const SparsePoints& points);
+
 }  // namespace pliant

@@ -1,5 +1,6 @@
 #include "gaussians/io/cameras/sparse_points.h"
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -51,19 +52,16 @@ class ColmapTracks {
     });
   }
 
-  void add(uint32_t image, uint32_t index, const std::string& file, const std::string& field, SparsePoints& points) {
+  /// One whose image or feature is not there, as in models whose images were written anew, is left out.
+  void add(uint32_t image, uint32_t index, const std::string& field, SparsePoints& points) {
+    ++all_;
     const auto found = views_.find(image);
-    if (found == views_.end()) {
-      throw input_error(file, field, "is seen by the image " + std::to_string(image) + ", which does not exist",
-                        "the files do not belong together");
-    }
+    if (found == views_.end())
+      return leave_out(field + " is seen by the image " + std::to_string(image) + ", which does not exist");
     const View& view = found->second;
-    if (index >= view.points.size()) {
-      throw input_error(file, field,
-                        "is the feature " + std::to_string(index) + " of the image " + std::to_string(image) +
-                            ", which has " + std::to_string(view.points.size()),
-                        "the files do not belong together");
-    }
+    if (index >= view.points.size())
+      return leave_out(field + " is the feature " + std::to_string(index) + " of the image " + std::to_string(image) +
+                       ", which has " + std::to_string(view.points.size()));
     if (view.camera < 0 || view.model.width == 0) return;
     // The same ray through the lens of the model and through that of the camera that was passed.
     const Camera& camera = cameras_[static_cast<size_t>(view.camera)];
@@ -74,7 +72,17 @@ class ColmapTracks {
     points.observations.push_back({static_cast<int>(points.position.size()) - 1, view.camera, pixel.cast<float>()});
   }
 
+  void warn(const std::string& file, SparsePoints& points) const {
+    if (left_out_ > 0)
+      points.warnings.push_back(file + ": " + std::to_string(left_out_) + " of " + std::to_string(all_) +
+                                " observations do not match the images and are left out, the first: " + first_);
+  }
+
  private:
+  void leave_out(const std::string& sentence) {
+    if (left_out_++ == 0) first_ = sentence;
+  }
+
   struct View {
     int camera = -1;
     Camera model;  ///< intrinsics to which the features refer
@@ -83,6 +91,8 @@ class ColmapTracks {
 
   const std::vector<Camera>& cameras_;
   std::unordered_map<uint32_t, View> views_;
+  size_t all_ = 0, left_out_ = 0;
+  std::string first_;  // that was left out
 };
 
 void read_binary_points(const fs::path& path, ColmapTracks& tracks, SparsePoints& points) {
@@ -103,7 +113,7 @@ void read_binary_points(const fs::path& path, ColmapTracks& tracks, SparsePoints
     in.expect(length, 8, field + ": length of the track");
     for (uint64_t k = 0; k < length; ++k) {
       const auto image = in.take<uint32_t>(field), index = in.take<uint32_t>(field);
-      tracks.add(image, index, in.file(), field, points);
+      tracks.add(image, index, field, points);
     }
   }
 }
@@ -127,7 +137,7 @@ void read_text_points(const fs::path& path, ColmapTracks& tracks, SparsePoints& 
     add_point(points, position, color, path.string(), field);
     for (uint32_t image, index; words >> image;) {
       if (!(words >> index)) throw input_error(path.string(), field, "ends inside a track", "the file is truncated");
-      tracks.add(image, index, path.string(), field, points);
+      tracks.add(image, index, field, points);
     }
     if (!words.eof())
       throw input_error(path.string(), field, "has a track that is not numbers", "it must be: image, feature, ...");
@@ -141,6 +151,7 @@ void read_colmap_points(const fs::path& file, const std::vector<Camera>& cameras
     read_binary_points(file, tracks, points);
   else
     read_text_points(file, tracks, points);
+  tracks.warn(file.string(), points);
   points.file = file;
   points.source = std::to_string(points.position.size()) + " points of " + file.string();
 }
@@ -207,6 +218,17 @@ SparsePoints read_ply_points(const fs::path& file) {
   points.file = file;
   points.source = std::to_string(points.position.size()) + " points of " + file.string();
   return points;
+}
+
+void write_ply_points(const fs::path& file, const SparsePoints& points) {
+  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(points.position.size()) +
+                      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
+                      "property uchar green\nproperty uchar blue\nend_header\n";
+  for (size_t i = 0; i < points.position.size(); ++i) {
+    bytes.append(reinterpret_cast<const char*>(points.position[i].data()), 3 * sizeof(float));
+    for (int c = 0; c < 3; ++c) bytes.push_back(static_cast<char>(std::lround(255 * points.color[i][c])));
+  }
+  write_text(file, bytes);
 }
 
 fs::path sparse_points_file(const fs::path& path) { return points_place(path).file; }

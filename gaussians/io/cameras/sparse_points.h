@@ -22,6 +22,7 @@ struct SparsePoints {
   std::vector<Observation> observations;  ///< ordered by point; empty when the file has no tracks
   std::filesystem::path file;             ///< that they were read from; empty when they come from elsewhere
   std::string source;                     ///< where the points come from, or why there are none: a sentence
+  std::vector<std::string> warnings;      ///< about observations that are left out
 
   bool empty() const { return position.empty(); }
 };
@@ -32,7 +33,8 @@ std::filesystem::path sparse_points_file(const std::filesystem::path& path);
 /// The points that belong to the cameras read from `path` (any path that read_cameras takes): points3D.{bin,txt} of a
 /// COLMAP model, or the point cloud that `ply_file_path` of a transforms.json names.  Empty when there are none.
 /// Observations are carried over to `cameras`, which are found by the names of their photos and may have been scaled
-/// or undistorted.  Throws Error{kInput} naming file, record and value.
+/// or undistorted; those of images or features that the model does not have are left out with a warning.  Throws
+/// Error{kInput} naming file, record and value.
 SparsePoints read_sparse_points(const std::filesystem::path& path, const std::vector<Camera>& cameras);
 
 }  // namespace pliant

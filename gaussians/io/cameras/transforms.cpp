@@ -178,7 +178,7 @@ CameraFile read_transforms(const fs::path& file, const fs::path& photos, PhotoFi
   return Reader(file, photos, fit).read();
 }
 
-void write_transforms(const fs::path& file, const std::vector<Camera>& cameras) {
+void write_transforms(const fs::path& file, const std::vector<Camera>& cameras, const fs::path& points) {
   const auto intrinsics = [](const Camera& camera) {
     nlohmann::json out = {{"w", camera.width}, {"h", camera.height}, {"fl_x", camera.fx},
                           {"fl_y", camera.fy}, {"cx", camera.cx},    {"cy", camera.cy}};
@@ -195,12 +195,13 @@ void write_transforms(const fs::path& file, const std::vector<Camera>& cameras) 
   out["camera_model"] = distorted ? "OPENCV" : "PINHOLE";
   out["frames"] = nlohmann::json::array();
   const fs::path folder = fs::absolute(file).parent_path().lexically_normal();
+  const auto from_folder = [&](const fs::path& named) {
+    return fs::absolute(named).lexically_normal().lexically_proximate(folder).generic_string();
+  };
+  if (!points.empty()) out["ply_file_path"] = from_folder(points);
   for (const Camera& camera : cameras) {
     nlohmann::json frame = shared ? nlohmann::json::object() : intrinsics(camera);
-    frame["file_path"] =
-        camera.photo.empty()
-            ? camera.name
-            : fs::absolute(camera.photo).lexically_normal().lexically_proximate(folder).generic_string();
+    frame["file_path"] = camera.photo.empty() ? camera.name : from_folder(camera.photo);
     if (name_of_photo(frame["file_path"].get<std::string>()) != camera.name) frame["camera_name"] = camera.name;
     Eigen::Matrix4d world_from_cam = camera.cam_from_world.inverse().matrix();
     world_from_cam.col(1) *= -1;

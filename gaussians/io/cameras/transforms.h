@@ -16,7 +16,9 @@ namespace pliant {
 CameraFile read_transforms(const std::filesystem::path& file, const std::filesystem::path& photos = {},
                            PhotoFit fit = PhotoFit::kFirstPhoto);
 
-/// Writes nerfstudio's layout; photos are named relative to the folder of `file`.  Atomic.
-void write_transforms(const std::filesystem::path& file, const std::vector<Camera>& cameras);
+/// Writes nerfstudio's layout; photos, and the PLY of points that belong to the cameras (may be empty), are named
+/// relative to the folder of `file`.  Atomic.
+void write_transforms(const std::filesystem::path& file, const std::vector<Camera>& cameras,
+                      const std::filesystem::path& points = {});
 
 }  // namespace pliant

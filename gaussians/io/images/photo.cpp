@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <string>
 
@@ -65,6 +66,32 @@ bool any_jpeg_segment(std::string_view bytes, Use&& use) {
   return false;
 }
 
+/// Size in the frame header of a JPEG (ITU T.81, B.2.2) or in the first chunk of a PNG.
+void read_stored_size(std::string_view bytes, PhotoHead& head) {
+  if (is_jpeg(bytes)) {
+    any_jpeg_segment(bytes, [&](uint8_t marker, std::string_view contents) {
+      const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+      if (!frame) return marker == 0xda;
+      head.height = static_cast<int>(number(contents, 1, 2, true));
+      head.width = static_cast<int>(number(contents, 3, 2, true));
+      return true;
+    });
+  } else if (bytes.size() >= 24 && bytes.substr(0, 4) == "\x89PNG" && bytes.substr(12, 4) == "IHDR") {
+    head.width = static_cast<int>(std::min(number(bytes, 16, 4, true), 0x7fffffffu));
+    head.height = static_cast<int>(std::min(number(bytes, 20, 4, true), 0x7fffffffu));
+  }
+}
+
+/// At which side of the upright picture the stored rows and columns begin, as the tag tells it.
+struct Turn {
+  bool swapped, flip_u, flip_v;
+};
+Turn turn_of(int orientation) {
+  CHECK(orientation >= 1 && orientation <= 8);
+  return {orientation >= 5, orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8,
+          orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7};
+}
+
 ImageU8 to_8_bit(const cv::Mat& picture, int first, int channels) {
   ImageU8 image(picture.cols, picture.rows, channels);
   const int stored = picture.channels();
@@ -106,15 +133,30 @@ bool jpeg_is_whole(std::string_view bytes) {
   return is_jpeg(bytes) && any_jpeg_segment(bytes, [](uint8_t marker, std::string_view) { return marker == 0xd9; });
 }
 
+PhotoHead read_photo_head(const fs::path& file) {
+  constexpr size_t kHead = 1 << 18;  // bytes; the EXIF segment, at most 64 KiB, comes first
+  std::string bytes(kHead, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(bytes.data(), kHead);
+  bytes.resize(static_cast<size_t>(in.gcount()));
+  PhotoHead head;
+  head.orientation = exif_orientation(bytes);
+  read_stored_size(bytes, head);
+  return head;
+}
+
+Eigen::Matrix2i stored_from_upright(int orientation) {
+  const Turn turn = turn_of(orientation);
+  Eigen::Matrix2i axes = Eigen::Vector2i(turn.flip_u ? -1 : 1, turn.flip_v ? -1 : 1).asDiagonal();
+  if (turn.swapped) axes.col(0).swap(axes.col(1));
+  return axes;
+}
+
 template <class T>
 Image<T> oriented(const Image<T>& stored, int orientation) {
-  CHECK(orientation >= 1 && orientation <= 8);
+  const auto [swapped, flip_u, flip_v] = turn_of(orientation);
   if (orientation == 1) return stored;
-  const bool swapped = orientation >= 5;
   Image<T> out(swapped ? stored.height : stored.width, swapped ? stored.width : stored.height, stored.channels);
-  // The tag tells at which side of the upright picture the stored rows and columns begin.
-  const bool flip_u = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
-  const bool flip_v = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
   for (int y = 0; y < out.height; ++y) {
     for (int x = 0; x < out.width; ++x) {
       int u = swapped ? y : x, v = swapped ? x : y;

@@ -65,10 +65,10 @@ Error without_splats(const fs::path& folder) {
 
 /// Cameras beside the splats, or in the 3DGS model folder that they lie in.
 fs::path cameras_of_splats(const fs::path& splats) {
-  const fs::path folder = splats.parent_path();
-  const fs::path beside = cameras_in(folder);
-  if (!beside.empty() || folder.filename().string().rfind("iteration_", 0) != 0) return beside;
-  return cameras_in(folder / "../..").lexically_normal();
+  const fs::path beside = cameras_in(splats.parent_path());
+  const fs::path folder = fs::absolute(splats).lexically_normal().parent_path();
+  if (!beside.empty() || !folder.filename().string().starts_with("iteration_")) return beside;
+  return cameras_in(folder.parent_path().parent_path());
 }
 
 /// Fills in where splats and cameras are.
@@ -149,6 +149,8 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
     CameraFile file = read_cameras(scene.settings.cameras, scene.settings.photos);
     scene.cameras = std::move(file.cameras);
     scene.warnings.insert(scene.warnings.end(), file.warnings.begin(), file.warnings.end());
+    if (const std::string sentence = other_models(scene.settings.cameras); !sentence.empty())
+      scene.warnings.push_back(sentence);
   }
   choose_up(options, scene);
   if (scene.cameras.empty()) {

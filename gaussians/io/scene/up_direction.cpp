@@ -7,6 +7,7 @@
 #include "gaussians/base/linear_algebra.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/base/random.h"
+#include "gaussians/io/images/photo.h"
 
 namespace pliant {
 namespace {
@@ -22,6 +23,11 @@ constexpr double kLeastGround = 1.5;            // area of a ground / area of wh
 constexpr double kFoot = 3;                     // height of a foot above the middle of the plane, half thicknesses
 constexpr float kSole = 0.03f;                  // height of the slab on which a thing stands / its height
 constexpr double kClearlyWider = 2;             // spread of one sole / spread of the other
+constexpr double kLeastSpread = 0.02;           // of picture rows: mean square across their main direction (8 degrees)
+constexpr double kLeastContrast = 5;            // of that to the mean square out of the plane of the rows
+constexpr double kStrongMean = 0.6;             // length of the mean picture-up of cameras that agree
+constexpr double kMostPitch = 70 * M_PI / 180;  // at which a strong mean is believed to be tilted
+constexpr double kLeastSign = 0.2;              // cosine that tells which end of a direction is up
 
 struct Plane {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -128,6 +134,33 @@ Plane refit(const std::vector<Eigen::Vector3d>& samples, double band, const Plan
   return fitted;
 }
 
+/// Means over the cameras, of the axes of their upright pictures in the world.
+struct PictureAxes {
+  Eigen::Vector3d up = Eigen::Vector3d::Zero(), forward = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d square_right = Eigen::Matrix3d::Zero();  // r r^T of the directions of their rows
+};
+
+/// How the picture of a camera is to be turned; 1 where it was turned before the camera was found.
+int orientation_of(const Camera& camera) {
+  if (camera.photo.empty()) return 1;
+  const PhotoHead head = read_photo_head(camera.photo);
+  return head.width == camera.width && head.height == camera.height ? head.orientation : 1;
+}
+
+PictureAxes axes_of_pictures(const std::vector<Camera>& cameras) {
+  PictureAxes mean;
+  for (const Camera& camera : cameras) {
+    const Eigen::Matrix3d R = camera.cam_from_world.linear();
+    const Eigen::Matrix<double, 3, 2> right_down =
+        R.topRows<2>().transpose() * stored_from_upright(orientation_of(camera)).cast<double>();
+    mean.up -= right_down.col(1);
+    mean.forward += R.row(2).transpose();
+    mean.square_right += right_down.col(0) * right_down.col(0).transpose();
+  }
+  const double n = std::max<double>(1, static_cast<double>(cameras.size()));
+  return {mean.up / n, mean.forward / n, mean.square_right / n};
+}
+
 /// Positions drawn in proportion to opacity.
 std::vector<Eigen::Vector3d> draw_samples(const GaussianCloud& cloud) {
   std::vector<double> cumulative(cloud.size());
@@ -156,11 +189,24 @@ std::optional<Eigen::Vector3d> axis_of_name(const std::string& name) {
 
 std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras) {
   if (cameras.size() < 3) return std::nullopt;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Camera& camera : cameras) mean -= camera.cam_from_world.linear().row(1).transpose();
-  mean /= static_cast<double>(cameras.size());
-  if (mean.norm() < 0.3) return std::nullopt;
-  return UpDirection{mean.normalized(), "mean up of the " + std::to_string(cameras.size()) + " cameras"};
+  const std::string them = "of the " + std::to_string(cameras.size()) + " cameras";
+  const PictureAxes axes = axes_of_pictures(cameras);
+  std::optional<UpDirection> mean;
+  if (axes.up.norm() >= 0.3) mean = UpDirection{axes.up.normalized(), "mean up " + them};
+  const SymmetricEigen3 rows = symmetric_eigen3(axes.square_right);
+  // Of n rows, the plane that is fitted to them takes up two.
+  const auto n = static_cast<double>(cameras.size());
+  const double out_of_plane = rows.values[0] * n / (n - 2);
+  if (rows.values[1] < kLeastSpread || rows.values[1] < kLeastContrast * out_of_plane) return mean;
+  Eigen::Vector3d up = rows.vectors.col(0);
+  // Cameras that all look one way and are rolled have rows perpendicular to where they look.
+  if (axes.up.norm() > kStrongMean && std::abs(up.dot(axes.up.normalized())) < std::cos(kMostPitch)) return mean;
+  // Cameras that look straight down have no up in their pictures, but see what is below.
+  double sign = up.dot(axes.up);
+  if (std::abs(sign) < kLeastSign) sign = -up.dot(axes.forward);
+  if (std::abs(sign) < kLeastSign) return mean;
+  if (sign < 0) up = -up;
+  return UpDirection{up, "perpendicular to the picture rows " + them};
 }
 
 UpDirection up_of_standing(const GaussianCloud& cloud) {

@@ -17,7 +17,10 @@ struct UpDirection {
 /// The direction of that name: x, y, z, -x, -y or -z; empty for other texts.
 std::optional<Eigen::Vector3d> axis_of_name(const std::string& name);
 
-/// Mean direction of the cameras' picture-up, for at least 3 cameras that agree roughly.
+/// The direction to which the rows of the cameras' pictures are perpendicular: cameras are pitched, which tilts the
+/// mean of those that do not surround a scene, but rarely rolled.  Where the rows are too much alike or disagree, the
+/// mean picture-up of at least 3 cameras that agree roughly.  Pictures are upright as the EXIF orientation of their
+/// photos says, where the cameras have the size of the stored photos.
 std::optional<UpDirection> up_of_cameras(const std::vector<Camera>& cameras);
 
 /// Normal of the plane that the cloud stands on: RANSAC (Fischler and Bolles 1981) over opacity-weighted positions,

@@ -76,12 +76,12 @@ void append_chunk(std::string& out, uint32_t kind, const std::string& content, c
 
 }  // namespace
 
-void write_glb(const std::filesystem::path& file, const GaussianCloud& cloud) {
+void write_glb(const std::filesystem::path& file, const GaussianCloud& cloud, bool z_is_up) {
   const uint64_t floats = 3 + 4 + 3 + 1 + 4 + 3 * static_cast<uint64_t>(cloud.sh_count());
   if (cloud.size() * floats * sizeof(float) > UINT32_MAX - (1u << 20))
     throw input_error(file.string(), "", "would be larger than the 4 GiB of a .glb", "write .ply or .spz");
   GaussianCloud turned = cloud;
-  turn_half(turned, 0);
+  turn_y_up(turned, z_is_up);
   Attributes attributes(turned.size());
   attributes.add("POSITION", 3, [&](size_t g, float* out) { std::copy_n(turned.position[g].data(), 3, out); });
   attributes.bound(turned.bounds());

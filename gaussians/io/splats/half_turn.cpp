@@ -1,6 +1,9 @@
 #include "gaussians/io/splats/half_turn.h"
 
+#include <cmath>
+
 #include "gaussians/base/error.h"
+#include "gaussians/render/spherical_harmonics.h"
 
 namespace pliant {
 namespace {
@@ -27,6 +30,20 @@ void turn_half(GaussianCloud& cloud, int axis) {
     for (int k = 1; k < count; ++k) {
       for (int c = 0; c < 3; ++c) cloud.sh_of(i)[3 * k + c] *= harmonic[k];
     }
+  }
+}
+
+void turn_y_up(GaussianCloud& cloud, bool z_is_up) {
+  if (!z_is_up) return turn_half(cloud, 0);
+  Mat3f R;  // x, y, z -> x, z, -y
+  R << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const ShRotation<float> harmonics;
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    cloud.position[i] = R * cloud.position[i];
+    const Vec4f q = cloud.rotation[i];
+    // The quaternion of R is (1, -1, 0, 0) / sqrt(2).
+    cloud.rotation[i] = static_cast<float>(M_SQRT1_2) * Vec4f(q[0] + q[1], q[1] - q[0], q[2] + q[3], q[3] - q[2]);
+    harmonics.apply(R, cloud.sh_degree, cloud.sh_of(i));
   }
 }
 

@@ -175,7 +175,7 @@ bool is_point_cloud(const fs::path& file) {
   return vertex && vertex->find("x") >= 0 && vertex->find("opacity") < 0;
 }
 
-void write_ply(const fs::path& file, const GaussianCloud& cloud, bool antialiased) {
+void write_ply(const fs::path& file, const GaussianCloud& cloud, bool antialiased, bool z_is_up) {
   const int rest = cloud.sh_count() - 1;
   std::vector<std::string> names = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
   for (int i = 0; i < 3 * rest; ++i) names.push_back("f_rest_" + std::to_string(i));
@@ -184,6 +184,7 @@ void write_ply(const fs::path& file, const GaussianCloud& cloud, bool antialiase
   }
   std::string header = "ply\nformat binary_little_endian 1.0\n";
   if (antialiased) header += "comment SplatRenderMode: mip\n";
+  if (z_is_up) header += "comment Vertical Axis: z\n";
   header += "element vertex " + std::to_string(cloud.size()) + "\n";
   for (const std::string& name : names) header += "property float " + name + "\n";
   header += "end_header\n";

@@ -18,7 +18,8 @@ GaussianCloud read_ply(const std::filesystem::path& file, ReadReport* report = n
 bool is_point_cloud(const std::filesystem::path& file);
 
 /// Writes the canonical INRIA layout (binary little endian, f_rest channel-major), atomically.  `antialiased` adds the
-/// comment by which mip-splatting scenes are recognised.
-void write_ply(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased = false);
+/// comment by which mip-splatting scenes are recognised, `z_is_up` that of nerfstudio.
+void write_ply(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased = false,
+               bool z_is_up = false);
 
 }  // namespace pliant

@@ -16,7 +16,8 @@ constexpr int kAllLevels = -1;    ///< every level of detail, one over the other
 constexpr int kFinestLevel = -2;  ///< the finest level whose files are all there
 
 /// Reads one level of detail of a streamed SOG, named by its lod-meta.json: 0 is the finest.  Level names that are
-/// absent are an error when they were asked for.
+/// absent are an error when they were asked for.  The environment, where there is one, belongs to every level; a
+/// warning tells when its file is absent.
 GaussianCloud read_sog_levels(const std::filesystem::path& file, int level, ReadReport* report = nullptr);
 
 }  // namespace pliant

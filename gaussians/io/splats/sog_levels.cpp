@@ -25,14 +25,9 @@ class LevelFile {
     if (!(levels >= 1 && levels <= kMostLevels))
       throw complain("lodLevels", "is " + std::to_string(levels), "it must be from 1 to 64");
     levels_ = static_cast<int>(levels);
-    for (const nlohmann::json& name : top_.array("filenames")) {
-      const fs::path path = name.is_string() ? fs::path(name.get<std::string>()).lexically_normal() : fs::path();
-      if (path.empty() || path.is_absolute() || *path.begin() == "..") {
-        throw complain("filenames", "holds " + name.dump().substr(0, 60),
-                       "names must be those of files below the same folder");
-      }
-      names_.push_back(file.parent_path() / path);
-    }
+    for (const nlohmann::json& name : top_.array("filenames")) names_.push_back(path_of("filenames", name));
+    const auto environment = json_.find("environment");
+    if (environment != json_.end() && !environment->is_null()) environment_ = path_of("environment", *environment);
     promised_.resize(levels_);
     walk(top_.object("tree"), 0);
   }
@@ -42,6 +37,9 @@ class LevelFile {
   /// The SOG files of a level with the Gaussians that the tree declares of each.
   const std::map<size_t, uint64_t>& of(int level) const { return promised_[level]; }
   const fs::path& name(size_t index) const { return names_[index]; }
+
+  /// The SOG of what surrounds every level; empty when there is none.
+  const fs::path& environment() const { return environment_; }
 
   bool complete(int level) const {
     std::error_code ignored;
@@ -56,6 +54,15 @@ class LevelFile {
   }
 
  private:
+  /// A file that is named, below the same folder.
+  fs::path path_of(const std::string& key, const nlohmann::json& name) const {
+    const fs::path path = name.is_string() ? fs::path(name.get<std::string>()).lexically_normal() : fs::path();
+    if (path.empty() || path.is_absolute() || *path.begin() == "..") {
+      throw complain(key, "holds " + name.dump().substr(0, 60), "names must be those of files below the same folder");
+    }
+    return file_.parent_path() / path;
+  }
+
   void walk(const JsonObject& node, int depth) {
     if (depth > kDeepestTree) throw complain("tree", "is deeper than 64 nodes", "the file is damaged");
     if (node.has("children")) {
@@ -87,6 +94,7 @@ class LevelFile {
   JsonObject top_;
   int levels_ = 0;
   std::vector<fs::path> names_;
+  fs::path environment_;
   std::vector<std::map<size_t, uint64_t>> promised_;
 };
 
@@ -113,25 +121,31 @@ GaussianCloud read_sog_levels(const fs::path& file, int level, ReadReport* repor
                           "levels 0 to " + std::to_string(levels.levels() - 1) + " exist");
   }
   GaussianCloud cloud;
+  const auto append = [&](const fs::path& name) {
+    ReadReport part;
+    cloud.append(read_sog(name, &part));
+    found.rows += part.rows;
+    found.dropped += part.dropped;
+    found.antialiased = found.antialiased || part.antialiased;
+    found.files.insert(found.files.end(), part.files.begin(), part.files.end());
+    for (const std::string& warning : part.warnings) found.warnings.push_back(name.string() + ": " + warning);
+    return part.rows;
+  };
   for (int at = first; at <= last; ++at) {
     for (const auto& [index, promised] : levels.of(at)) {
-      ReadReport part;
-      const GaussianCloud chunk = read_sog(levels.name(index), &part);
-      if (part.rows != promised) {
+      if (const size_t rows = append(levels.name(index)); rows != promised) {
         throw levels.complain("tree",
                               "declares " + std::to_string(promised) + " Gaussians in " + levels.name(index).string() +
-                                  ", which contains " + std::to_string(part.rows),
+                                  ", which contains " + std::to_string(rows),
                               "the files do not belong together");
       }
-      cloud.append(chunk);
-      found.rows += part.rows;
-      found.dropped += part.dropped;
-      found.antialiased = found.antialiased || part.antialiased;
-      found.files.insert(found.files.end(), part.files.begin(), part.files.end());
-      for (const std::string& warning : part.warnings)
-        found.warnings.push_back(levels.name(index).string() + ": " + warning);
     }
   }
+  std::error_code ignored;
+  if (fs::is_regular_file(levels.environment(), ignored))
+    append(levels.environment());
+  else if (!levels.environment().empty())
+    found.warnings.push_back("the environment " + levels.environment().string() + " does not exist; it is left out");
   found.levels = levels.levels();
   found.level = level == kAllLevels ? kAllLevels : first;
   found.format = "streamed SOG, " + (level == kAllLevels ? "all levels" : "level " + std::to_string(first)) + " of " +

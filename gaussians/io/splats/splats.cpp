@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace pliant {
 namespace {
 
-enum class Format { kNone, kPly, kSplat, kSpz, kSog, kSogLevels, kKsplat };
+enum class Format { kNone, kPly, kSplat, kSpz, kSog, kSogLevels, kKsplat, kCheckpoint };
 
 std::string lower_extension(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -49,7 +49,10 @@ Format format_of(const fs::path& file) {
   magic.resize(static_cast<size_t>(in.gcount()));
   if (magic.substr(0, 3) == "ply" && magic.size() == 4 && (magic[3] == '\n' || magic[3] == '\r')) return Format::kPly;
   if (magic == "NGSP" || magic.substr(0, 2) == "\x1f\x8b") return Format::kSpz;
-  if (magic == "PK\3\4") return Format::kSog;
+  if (magic == "PK\3\4") {
+    const bool torch = extension == ".pt" || extension == ".pth" || extension == ".ckpt";
+    return torch ? Format::kCheckpoint : Format::kSog;
+  }
   if (extension == ".splat") return Format::kSplat;
   if (extension == ".ply") return Format::kPly;
   if (extension == ".spz") return Format::kSpz;
@@ -90,6 +93,10 @@ GaussianCloud read_splats(const fs::path& path, ReadReport* report, int level) {
     case Format::kKsplat:
       throw input_error(file.string(), "", "is a .ksplat file, a format that is no longer developed",
                         "convert it, for example with: splat-transform in.ksplat out.ply");
+    case Format::kCheckpoint:
+      throw input_error(file.string(), "", "is a checkpoint of a training",
+                        "export a PLY first: `ns-export gaussian-splat` of nerfstudio, or `--save_ply` of gsplat's "
+                        "simple_trainer");
     case Format::kNone:
       break;
   }
@@ -97,19 +104,20 @@ GaussianCloud read_splats(const fs::path& path, ReadReport* report, int level) {
                     "give a .ply, .splat, .spz, .sog, or the meta.json or lod-meta.json of a SOG");
 }
 
-std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud& cloud, bool antialiased) {
+std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud& cloud, bool antialiased,
+                                      bool z_is_up) {
   const std::string extension = lower_extension(file);
   std::vector<std::string> lost;
   if (extension == ".ply") {
-    write_ply(file, cloud, antialiased);
+    write_ply(file, cloud, antialiased, z_is_up);
   } else if (extension == ".spz") {
-    const size_t clamped = write_spz(file, cloud, antialiased);
+    const size_t clamped = write_spz(file, cloud, antialiased, z_is_up);
     if (clamped > 0) {
       lost.push_back(file.string() + ": " + std::to_string(clamped) +
-                     " Gaussians are flatter or more saturated than .spz can store; they are clamped");
+                     " Gaussians are farther away, flatter or more saturated than .spz can store; they are clamped");
     }
   } else if (extension == ".glb") {
-    write_glb(file, cloud);
+    write_glb(file, cloud, z_is_up);
     if (antialiased)
       lost.push_back(file.string() + ": glTF does not record that the scene was trained with mip-splatting");
   } else if (extension == ".splat") {
@@ -118,6 +126,7 @@ std::vector<std::string> write_splats(const fs::path& file, const GaussianCloud&
       lost.push_back(file.string() + ": .splat has no harmonics: colors no longer depend on the viewing direction");
     if (antialiased)
       lost.push_back(file.string() + ": .splat does not record that the scene was trained with mip-splatting");
+    if (z_is_up) lost.push_back(file.string() + ": .splat does not record that z is up");
   } else {
     throw usage_error(file.string(), "", "is in a format that cannot be written", "splats: .ply, .splat, .spz or .glb");
   }

@@ -22,8 +22,8 @@ std::filesystem::path splats_at(const std::filesystem::path& path);
 GaussianCloud read_splats(const std::filesystem::path& path, ReadReport* report = nullptr, int level = kFinestLevel);
 
 /// Writes the format of the extension (.ply, .splat, .spz, .glb), atomically.  Returns what the format could not hold,
-/// in sentences for the user.
+/// in sentences for the user.  A cloud whose `z_is_up` is turned for the formats that have y up.
 std::vector<std::string> write_splats(const std::filesystem::path& file, const GaussianCloud& cloud,
-                                      bool antialiased = false);
+                                      bool antialiased = false, bool z_is_up = false);
 
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "gaussians/io/files/byte_reader.h"
 #include "gaussians/io/files/compression.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr uint32_t kMagic = 0x5053474e;  // NGSP
 constexpr uint32_t kNewest = 4;
 constexpr int kMostFractionalBits = 24;
+constexpr int kUsualFractionalBits = 12;     // of Niantic's writer
 constexpr float kLargestFixed = 8388606.0f;  // of 24 bits with a sign
 constexpr uint8_t kAntialiased = 1, kExtensions = 2;
 constexpr float kColourScale = 0.15f;       // of the first harmonic
@@ -204,6 +206,31 @@ uint32_t pack_rotation(const Vec4f& wxyz) {
   return word;
 }
 
+/// Fractional bits of positions within so many units; negative where the format cannot store them.
+int bits_within(float extent) {
+  int bits = kMostFractionalBits;
+  while (bits >= 0 && std::ldexp(extent, bits) > kLargestFixed) --bits;
+  return bits;
+}
+
+/// Fractional bits with which positions are stored.  A few that are far away do not make those of all others coarse.
+int bits_for(const std::vector<Vec3f>& position, const std::string& file) {
+  constexpr double kShare = 0.999;
+  std::vector<float> reach;
+  for (const Vec3f& x : position) reach.push_back(x.cwiseAbs().maxCoeff());
+  if (reach.empty()) return kMostFractionalBits;
+  const int all = bits_within(*std::max_element(reach.begin(), reach.end()));
+  if (all >= kUsualFractionalBits) return all;
+  const auto most =
+      reach.begin() + static_cast<std::ptrdiff_t>(std::ceil(kShare * static_cast<double>(reach.size()))) - 1;
+  std::nth_element(reach.begin(), most, reach.end());
+  const int bits = std::min(bits_within(*most), kUsualFractionalBits);
+  if (bits < 0)
+    throw input_error(file, "positions", "reach " + std::to_string(*most) + " units",
+                      "the format stores up to 8388606: write a PLY");
+  return bits;
+}
+
 /// The nearest byte; `clamped` is set where that is farther off than half a step.
 uint8_t pack(float value, bool& clamped) {
   clamped = clamped || value < -0.5f || value > 255.5f;
@@ -254,29 +281,23 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
   return cloud;
 }
 
-size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased) {
+size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased, bool z_is_up) {
   GaussianCloud turned = cloud;
-  turn_half(turned, 0);
-  float extent = 1e-6f;
-  for (const Vec3f& x : turned.position) extent = std::max(extent, x.cwiseAbs().maxCoeff());
+  turn_y_up(turned, z_is_up);
   Header header;
   header.count = static_cast<uint32_t>(cloud.size());
   header.sh_degree = static_cast<uint8_t>(cloud.sh_degree);
-  header.fractional_bits = kMostFractionalBits;
-  while (header.fractional_bits > 0 && std::ldexp(extent, header.fractional_bits) > kLargestFixed)
-    --header.fractional_bits;
+  header.fractional_bits = static_cast<uint8_t>(bits_for(turned.position, file.string()));
   header.flags = antialiased ? kAntialiased : 0;
-  if (std::ldexp(extent, header.fractional_bits) > kLargestFixed) {
-    throw input_error(file.string(), "positions", "reach " + std::to_string(extent) + " units",
-                      "the format stores up to 8388606: write a PLY");
-  }
   std::string raw[kAttributes];
   size_t clamped_count = 0;
   for (size_t i = 0; i < turned.size(); ++i) {
     bool clamped = false;
     const float* sh = turned.sh_of(i);
     for (int k = 0; k < 3; ++k) {
-      const auto fixed = static_cast<uint32_t>(std::lround(std::ldexp(turned.position[i][k], header.fractional_bits)));
+      const float steps = std::ldexp(turned.position[i][k], header.fractional_bits);
+      clamped = clamped || std::abs(steps) > kLargestFixed;
+      const auto fixed = static_cast<uint32_t>(std::lround(std::clamp(steps, -kLargestFixed, kLargestFixed)));
       for (int byte = 0; byte < 3; ++byte) raw[kPositions].push_back(static_cast<char>(fixed >> 8 * byte));
       raw[kScales].push_back(static_cast<char>(pack((turned.log_scale[i][k] + 10.0f) * 16.0f, clamped)));
       raw[kColours].push_back(static_cast<char>(pack((sh[k] * kColourScale + 0.5f) * 255.0f, clamped)));

@@ -14,9 +14,12 @@ namespace pliant {
 /// the field.
 GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report = nullptr);
 
-/// Writes version 4, atomically, with as many fractional bits as the extent of the scene allows.  Steps: positions
-/// 2^-bits, log scales 1/16 in [-10, 5.94], opacity 1/255, rotations 2^-9/sqrt(2), colour 1/255/0.15, harmonics 1/128
-/// in [-1, 1).  Returns how many Gaussians have values outside these ranges, which are clamped.
-size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased = false);
+/// Writes version 4, atomically, with as many fractional bits as the extent of the scene allows; where these are fewer
+/// than the 12 of Niantic's writer, up to 12, as 99.9 % of the Gaussians allow.  Steps: positions 2^-bits within
+/// 8388606 steps, log scales 1/16 in [-10, 5.94], opacity 1/255, rotations 2^-9/sqrt(2), colour 1/255/0.15, harmonics
+/// 1/128 in [-1, 1).  Returns how many Gaussians have values outside these ranges, which are clamped.  The axes of 3DGS
+/// PLY, or those of a cloud whose `z_is_up`, are turned to those of the specification.
+size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased = false,
+                 bool z_is_up = false);
 
 }  // namespace pliant

@@ -70,6 +70,45 @@ TEST(Convert, SplatsAndCamerasAreScaledAlike) {
   EXPECT_EQ(run_quietly({"convert", (folder / "a.ply").string(), (folder / "c.ply").string(), "--scale", "0"}), 2);
 }
 
+TEST(Convert, WhatIsUpIsKept) {
+  const TemporaryFolder folder;
+  write_splats(folder / "a.ply", few(), false, true);
+  const std::string in = (folder / "a.ply").string();
+  ASSERT_EQ(run_quietly({"convert", in, (folder / "b.ply").string(), "--scale", "2"}), 0);
+  ReadReport report;
+  read_splats(folder / "b.ply", &report);
+  EXPECT_TRUE(report.z_is_up);
+  ASSERT_EQ(run_quietly({"convert", in, (folder / "b.spz").string()}), 0);
+  const GaussianCloud turned = read_splats(folder / "b.spz", &report);
+  for (size_t i = 0; i < 3; ++i) {
+    const Vec3f x = few().position[i];
+    EXPECT_LT((turned.position[i] - Vec3f(x[0], -x[2], x[1])).norm(), 1e-4f);  // z up is y down
+  }
+}
+
+TEST(Convert, PointsOfStructureFromMotionGoWithTheirCameras) {
+  const TemporaryFolder folder;
+  folder.file("sparse/0/cameras.txt", "1 PINHOLE 64 48 50 51 32 24\n");
+  folder.file("sparse/0/images.txt", "1 1 0 0 0 1 2 3 1 a.png\n\n2 0 1 0 0 1 2 3 1 b.png\n\n");
+  folder.file("sparse/0/points3D.txt", "1 1 2 3 255 0 51 0.5\n2 4 5 6 0 0 0 0.5\n");
+  const std::string model = (folder / "sparse/0").string(), out = (folder / "t.json").string();
+  ASSERT_EQ(run_quietly({"convert", model, out, "--scale", "10"}), 0);
+  const SparsePoints points = read_sparse_points(out, read_cameras(out).cameras);
+  ASSERT_EQ(points.position.size(), 2u);
+  EXPECT_EQ(points.position[1], Vec3f(40, 50, 60));
+  EXPECT_LT((points.color[0] - Vec3f(1, 0, 0.2f)).norm(), 1e-6f);
+  // Neither file is replaced unasked.
+  std::filesystem::remove(out);
+  EXPECT_EQ(run_quietly({"convert", model, out}), 2);
+  EXPECT_EQ(run_quietly({"convert", model, out, "--overwrite"}), 0);
+  // Damaged points do not keep the cameras from being converted.
+  folder.file("sparse/0/points3D.txt", "damaged\n");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_pliant({"convert", model, (folder / "u.json").string()}), 0);
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("the points are left out"), std::string::npos);
+  EXPECT_EQ(read_cameras(folder / "u.json").cameras.size(), 2u);
+}
+
 TEST(Convert, ObjectFeaturesThatAreLostAreNamed) {
   const TemporaryFolder folder;
   std::string names;

@@ -376,5 +376,21 @@ TEST(PhysGaussianOutput, HasTheShapesOfTheReleasedCodeInSimulationSpace) {
   EXPECT_EQ(ply.size(), ply.find("end_header\n") + 11 + 2 * 12);
 }
 
+TEST(PhysGaussianOutput, FramesBehindTheLastAreRemovedAndNothingElse) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> kept = {"sim_0000000002.h5", "sim_0000000002.ply", "sim_0000000003.npz",
+                                         "sim_3.ply",         "sim_00000000003.h5", "sim_0000000009.ply.txt",
+                                         "mine.ply"},
+                                 gone = {"sim_0000000003.h5", "sim_0000000003.ply", "sim_0000009999.h5"};
+  for (const auto& names : {kept, gone})
+    for (const std::string& name : names) folder.file("simulation_ply/" + name, "");
+  remove_physgaussian_frames(folder.path(), 3);
+  for (const std::string& name : kept)
+    EXPECT_TRUE(std::filesystem::exists(folder / ("simulation_ply/" + name))) << name;
+  for (const std::string& name : gone)
+    EXPECT_FALSE(std::filesystem::exists(folder / ("simulation_ply/" + name))) << name;
+  remove_physgaussian_frames(folder / "none", 0);
+}
+
 }  // namespace
 }  // namespace pliant

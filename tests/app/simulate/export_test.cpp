@@ -79,10 +79,11 @@ class ExportTest : public testing::Test {
       trajectory.frames.push_back(frame);
     }
     write_trajectory(folder / "run/objects/1_ball/trajectory.h5", trajectory, "{}");
+    const json space = {{"scale", 1}, {"offset", {0, 0, 0}}, {"rotation", {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
     const json manifest = {{"scene", {{"source", (folder / "scene.ply").string()}, {"orbit_views", 4}}},
                            {"stages",
                             {{"extract", finished_stage({{"folder", "objects/1_ball"}})},
-                             {"simulate", finished_stage(nlohmann::json::object())}}}};
+                             {"simulate", finished_stage({{"space", space}})}}}};
     write_text(folder / "run/run.json", manifest.dump());
   }
 
@@ -156,6 +157,27 @@ TEST_F(ExportTest, ARepeatedCommandWritesOnlyWhatIsMissing) {
   EXPECT_EQ(sha256_of_file(folder / "ply/frame_0004.ply"), hash);
   EXPECT_EQ(fs::last_write_time(folder / "ply/frame_0003.ply"), before);
   EXPECT_FALSE(fs::exists(folder / "ply/.frame_0004.tmp77.ply"));
+}
+
+TEST_F(ExportTest, FramesOfAZUpSceneSaySo) {
+  GaussianCloud whole = background;
+  whole.append(object);
+  write_ply(folder / "scene.ply", whole, false, true);
+  ASSERT_EQ(run({"--ply-sequence", out(), "--every", "6"}), 0);
+  ReadReport report;
+  read_ply(folder / "ply/frame_0001.ply", &report);
+  EXPECT_TRUE(report.z_is_up);
+}
+
+TEST_F(ExportTest, OutputOfPhysGaussianThatIsReplacedLeavesNoFramesOfALongerMotion) {
+  folder.file("pg/mine.txt", "keep");
+  folder.file("pg/simulation_ply/sim_0000000007.ply", "of a longer motion");
+  const std::string pg = (folder / "pg").string();
+  EXPECT_EQ(run({"--physgaussian-output", pg}), 2);
+  ASSERT_EQ(run({"--physgaussian-output", pg, "--overwrite"}), 0);
+  EXPECT_TRUE(fs::exists(folder / "pg/simulation_ply/sim_0000000006.ply"));
+  EXPECT_FALSE(fs::exists(folder / "pg/simulation_ply/sim_0000000007.ply"));
+  EXPECT_EQ(read_text(folder / "pg/mine.txt"), "keep");
 }
 
 TEST_F(ExportTest, AnotherSequenceOrOtherFilesAreNotMixedIn) {

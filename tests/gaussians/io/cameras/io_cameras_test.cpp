@@ -354,6 +354,44 @@ TEST(Cameras, DistortionIsKeptThroughTransformsAndReported) {
             std::string::npos);
 }
 
+TEST(Colmap, OfSeveralModelsTheFirstOrTheLargestIsTakenAndTheOthersAreNamed) {
+  const std::vector<Camera> cameras = some_cameras();
+  for (const bool binary : {true, false})
+    for (const char* around : {"sparse", "colmap/sparse"}) {
+      const TemporaryFolder folder;
+      const fs::path models = folder / around;
+      const auto write = [&](const std::string& name, int count) {
+        const std::vector<Camera> some(cameras.begin(), cameras.begin() + count);
+        const std::string model = around + ("/" + name), ending = binary ? ".bin" : ".txt";
+        folder.file(model + "/cameras" + ending,
+                    binary ? binary_cameras(1, kModels[1].parameters) : text_cameras(kModels[1]));
+        folder.file(model + "/images" + ending, binary ? binary_images(some) : text_images(some));
+      };
+      write("0", 1);
+      EXPECT_EQ(cameras_in(folder.path(), ColmapChoice::kLargest), models / "0");
+      EXPECT_EQ(other_models(models / "0"), "");
+      write("2", 3);
+      write("10", 3);
+      write("0_rotated", 3);
+      EXPECT_EQ(cameras_in(folder.path()), models / "0");
+      EXPECT_EQ(cameras_in(folder.path(), ColmapChoice::kLargest), models / "2");
+      const CameraFile file = read_cameras(folder.path());
+      EXPECT_EQ(file.cameras.size(), 1u);
+      EXPECT_NE(file.warnings.back().find("sparse/0 with 1 images is used; sparse/2 has 3, sparse/10 has 3"),
+                std::string::npos)
+          << file.warnings.back();
+      EXPECT_NE(other_models(models / "2" / "").find("sparse/2 with 3 images is used; sparse/0 has 1"),
+                std::string::npos);
+      EXPECT_TRUE(other_models(folder.path()).empty());
+      if (!binary) continue;
+      // A count that the file cannot hold is not believed.
+      folder.file(around + std::string("/10/images.bin"), std::string(8, '\x7f'));
+      EXPECT_EQ(cameras_in(folder.path(), ColmapChoice::kLargest), models / "2");
+      fs::remove_all(models / "0");
+      EXPECT_EQ(cameras_in(folder.path()), models / "2");
+    }
+}
+
 TEST(Scene, FindsCamerasBesideAndAroundItsSplats) {
   const TemporaryFolder folder;
   const std::vector<Camera> cameras = some_cameras();
@@ -364,6 +402,15 @@ TEST(Scene, FindsCamerasBesideAndAroundItsSplats) {
   for (const char* path : {"model", "model/point_cloud/iteration_7/point_cloud.ply"}) {
     expect_same_views(cameras, load_scene(folder / path).cameras);
   }
+  const fs::path before = fs::current_path();
+  fs::current_path(folder / "model/point_cloud/iteration_7");
+  expect_same_views(cameras, load_scene("point_cloud.ply").cameras);
+  expect_same_views(cameras, load_scene("../iteration_7/point_cloud.ply").cameras);
+  fs::current_path(before);
+  EXPECT_EQ(load_scene(folder / "model").warnings.back().find("sparse"), std::string::npos);
+  folder.file("model/sparse/1/cameras.txt", text_cameras(kModels[1]));
+  folder.file("model/sparse/1/images.txt", text_images(cameras));
+  EXPECT_NE(json(load_scene(folder / "model").warnings).dump().find("sparse/1 has 3"), std::string::npos);
   write_cameras(folder / "model/cameras.json", {cameras[0]});
   EXPECT_EQ(load_scene(folder / "model").cameras.size(), 1u);
   EXPECT_EQ(describe(folder / "model")["cameras"]["count"], 1);

@@ -55,6 +55,36 @@ TEST(Photo, OrientationOfPngIsRead) {
   EXPECT_EQ(exif_orientation(png), 1);
 }
 
+TEST(Photo, ItsHeadTellsSizeAndOrientationAsStored) {
+  const TemporaryFolder folder;
+  for (const char* suffix : {".jpg", ".png"}) {
+    const PhotoHead head = read_photo_head(folder.file("a", encoded(suffix, gradient(24, 16))));
+    EXPECT_EQ(head.width, 24) << suffix;
+    EXPECT_EQ(head.height, 16) << suffix;
+    EXPECT_EQ(head.orientation, 1) << suffix;
+  }
+  const std::string turned = with_orientation(encoded(".jpg", gradient(24, 16)), 6, true);
+  const PhotoHead head = read_photo_head(folder.file("a.jpg", turned));
+  EXPECT_EQ(head.width, 24);
+  EXPECT_EQ(head.orientation, 6);
+  for (size_t length = 0; length < 60; ++length)
+    for (const std::string& whole : {turned, encoded(".png", gradient(8, 6))})
+      EXPECT_LE(read_photo_head(folder.file("a.jpg", whole.substr(0, length))).width, 24) << length;
+  EXPECT_EQ(read_photo_head(folder / "none.jpg").width, 0);
+}
+
+TEST(Photo, AxesOfTheUprightPictureAreThoseAlongWhichItIsTurned) {
+  ImageU8 stored(3, 2, 1);
+  for (int k = 0; k < 6; ++k) stored.data[k] = static_cast<uint8_t>(k);
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const ImageU8 upright = oriented(stored, orientation);
+    const Eigen::Matrix2i axes = stored_from_upright(orientation);
+    const auto at = [](int value) { return Eigen::Vector2i(value % 3, value / 3); };
+    EXPECT_EQ(at(upright(1, 0, 0)) - at(upright(0, 0, 0)), axes.col(0)) << orientation;
+    EXPECT_EQ(at(upright(0, 1, 0)) - at(upright(0, 0, 0)), axes.col(1)) << orientation;
+  }
+}
+
 TEST(Photo, GreyAndDeepAndTransparentOnesAreRead) {
   const TemporaryFolder folder;
   const cv::Mat color = gradient(20, 10);

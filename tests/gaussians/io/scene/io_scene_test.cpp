@@ -7,10 +7,12 @@
 #include "gaussians/base/random.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/images/photo.h"
 #include "gaussians/io/scene/describe.h"
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/ply.h"
+#include "tests/gaussians/photo_files.h"
 #include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
@@ -135,17 +137,107 @@ TEST(UpDirection, AxesHaveNames) {
   for (const char* wrong : {"", "-", "w", "--z", "xy", "0,0,1", "Z"}) EXPECT_FALSE(axis_of_name(wrong)) << wrong;
 }
 
-TEST(UpDirection, OfCamerasIsTheirMeanPictureUp) {
-  std::vector<Camera> cameras;
-  for (int i = 0; i < 8; ++i) {
-    cameras.push_back(
-        look_at({3 * std::cos(i * M_PI / 4), 3 * std::sin(i * M_PI / 4), 2}, {0, 0, 0}, {0, 0, 1}, 40, 30, 30));
+constexpr double kDegree = M_PI / 180;
+
+/// Cameras of a world whose z is up, at headings over `arc` degrees and `pitch` degrees below the horizon, with normal
+/// deviations of heading, pitch and roll in degrees.
+struct Ring {
+  int count = 40;
+  double arc = 360, pitch = 25, heading_noise = 0, pitch_noise = 0, roll_noise = 0;
+};
+
+std::vector<Camera> ring_cameras(const Ring& ring, uint64_t seed = 3) {
+  Random random(seed);
+  std::vector<Camera> cameras(ring.count);
+  for (int i = 0; i < ring.count; ++i) {
+    const double heading = kDegree * (ring.arc * i / ring.count + ring.heading_noise * random.normal()),
+                 pitch = kDegree * (ring.pitch + ring.pitch_noise * random.normal()),
+                 roll = kDegree * ring.roll_noise * random.normal();
+    const Eigen::Vector3d ahead(std::cos(heading), std::sin(heading), 0), right(ahead.y(), -ahead.x(), 0);
+    const Eigen::Vector3d forward = std::cos(pitch) * ahead - std::sin(pitch) * Eigen::Vector3d::UnitZ(),
+                          down = forward.cross(right);
+    cameras[i].cam_from_world.linear().row(0) = std::cos(roll) * right + std::sin(roll) * down;
+    cameras[i].cam_from_world.linear().row(1) = std::cos(roll) * down - std::sin(roll) * right;
+    cameras[i].cam_from_world.linear().row(2) = forward;
   }
+  return cameras;
+}
+
+/// Angle in degrees between the up that is found and that of the world.
+double error_of_up(const std::vector<Camera>& cameras, const std::string& source) {
   const auto found = up_of_cameras(cameras);
-  ASSERT_TRUE(found);
-  EXPECT_TRUE(found->up.isApprox(Eigen::Vector3d(0, 0, 1), 1e-9));
-  cameras.resize(2);
-  EXPECT_FALSE(up_of_cameras(cameras));
+  if (!found) return 180;
+  EXPECT_NE(found->source.find(source), std::string::npos) << found->source;
+  EXPECT_NEAR(found->up.norm(), 1, 1e-12);
+  return std::acos(std::clamp(found->up.z(), -1.0, 1.0)) / kDegree;
+}
+
+double error_of_mean(const std::vector<Camera>& cameras) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Camera& camera : cameras) mean -= camera.cam_from_world.linear().row(1).transpose();
+  return std::acos(mean.normalized().z()) / kDegree;
+}
+
+TEST(UpDirection, OfCamerasWithoutRollIsTheVerticalWhateverTheirPitchAndWherever) {
+  for (const double arc : {60.0, 120.0, 200.0, 360.0})
+    for (const double pitch : {-20.0, 0.0, 25.0, 60.0, 90.0}) {
+      if (pitch == 90.0 && arc < 200) continue;  // such pictures could as well be upright and rolled
+      EXPECT_LT(error_of_up(ring_cameras({.arc = arc, .pitch = pitch, .pitch_noise = pitch == 90 ? 3.0 : 8.0}), "rows"),
+                1e-5)
+          << arc << " " << pitch;
+    }
+  EXPECT_GT(error_of_mean(ring_cameras({.arc = 120})), 15);
+  EXPECT_FALSE(up_of_cameras(ring_cameras({.count = 2})));
+}
+
+TEST(UpDirection, OfCamerasThatAreRolledALittleIsNearTheVertical) {
+  for (uint64_t seed = 0; seed < 50; ++seed) {
+    // Three standard deviations of roll / sqrt(n / 2), the rows being spread over two directions.
+    const double bound = 3 * 2 / std::sqrt(20.0);
+    EXPECT_LT(error_of_up(ring_cameras({.roll_noise = 2}, seed), "rows"), bound);
+    EXPECT_LT(error_of_up(ring_cameras({.arc = 120, .roll_noise = 2}, seed), "rows"), 2 * bound);
+    EXPECT_LT(error_of_up(ring_cameras({.pitch = 90, .pitch_noise = 3, .roll_noise = 2}, seed), "rows"), bound);
+  }
+  EXPECT_LT(error_of_up(ring_cameras({.roll_noise = 2}), "rows"), 1);
+}
+
+TEST(UpDirection, OfCamerasThatAllLookOneWayIsTheirMeanPictureUp) {
+  for (uint64_t seed = 0; seed < 50; ++seed) {
+    // Rows that are nearly the same do not tell a plane, and those of rolled cameras tell that of the pictures.
+    for (const Ring& ring : {Ring{.arc = 0, .pitch = 10, .heading_noise = 3, .pitch_noise = 3, .roll_noise = 1},
+                             Ring{.count = 5, .arc = 0, .pitch = 10, .heading_noise = 3, .roll_noise = 1},
+                             Ring{.arc = 0, .pitch = 10, .heading_noise = 1, .pitch_noise = 1, .roll_noise = 15}}) {
+      const std::vector<Camera> cameras = ring_cameras(ring, seed);
+      EXPECT_NEAR(error_of_up(cameras, "mean up"), error_of_mean(cameras), 1e-5);
+    }
+  }
+  // Held any way round, cameras tell nothing.
+  EXPECT_FALSE(up_of_cameras(ring_cameras({.roll_noise = 1000})));
+}
+
+TEST(UpDirection, OfCamerasFollowsTheOrientationFlagsOfPhotosAsTheyAreStored) {
+  const TemporaryFolder folder;
+  const std::string jpeg = encoded(".jpg", picture_of(48, 32, [](int x, int y, int) { return x + y; }));
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const std::string photo = folder.file("a.jpg", with_orientation(jpeg, orientation, true)).string();
+    std::vector<Camera> stored = ring_cameras({.arc = 120}), upright = stored;
+    for (Camera& camera : stored) {
+      const Eigen::Matrix<double, 2, 3> right_down = camera.cam_from_world.linear().topRows<2>();
+      camera.cam_from_world.linear().topRows<2>() =
+          stored_from_upright(orientation).cast<double>() * right_down;  // its inverse is its transpose
+      camera.photo = photo;
+      camera.width = 48;
+      camera.height = 32;
+    }
+    EXPECT_LT(error_of_up(stored, "rows"), 1e-5) << orientation;
+    // Cameras of pictures that were turned before do not follow the flag.
+    for (Camera& camera : upright) {
+      camera.photo = photo;
+      camera.width = 32;
+      camera.height = 48;
+    }
+    EXPECT_LT(error_of_up(upright, "rows"), 1e-5) << orientation;
+  }
 }
 
 TEST(Scene, UpComesFromOptionThenFileThenCamerasThenPlaneThenMinusY) {
@@ -162,7 +254,7 @@ TEST(Scene, UpComesFromOptionThenFileThenCamerasThenPlaneThenMinusY) {
   Scene scene = load_scene(folder / "s.ply");
   EXPECT_EQ(scene.cameras.size(), 4u);
   EXPECT_FALSE(scene.cameras_are_orbit);
-  EXPECT_GT(scene.up.z(), 0.7);
+  EXPECT_GT(scene.up.z(), 0.999);
   folder.file("scene.json", R"({"splats": "s.ply", "up": [0, 2, 0]})");
   EXPECT_EQ(load_scene(folder.path()).up, Eigen::Vector3d(0, 1, 0));
   LoadOptions options;

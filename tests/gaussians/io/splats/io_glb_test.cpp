@@ -133,6 +133,35 @@ TEST(Glb, ColoursSeenFromTurnedDirectionsAreTheSame) {
   }
 }
 
+TEST(Glb, OfACloudWhoseZIsUpHasYUp) {
+  TemporaryFolder folder;
+  const GaussianCloud cloud = some_cloud(3);
+  EXPECT_TRUE(write_splats(folder / "a.glb", cloud, false, true).empty());
+  const Glb glb(read_text(folder / "a.glb"));
+  Mat3d turn;  // z, which is up, becomes y
+  turn << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  Random random(12);
+  for (size_t g = 0; g < cloud.size(); ++g) {
+    const auto quaternion = [](double w, double x, double y, double z) {
+      return Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
+    };
+    const Vec4f& r = cloud.rotation[g];
+    const Mat3d before = quaternion(r[0], r[1], r[2], r[3]),
+                after = quaternion(glb(kSplats + ":ROTATION", g, 3), glb(kSplats + ":ROTATION", g, 0),
+                                   glb(kSplats + ":ROTATION", g, 1), glb(kSplats + ":ROTATION", g, 2));
+    EXPECT_LT((after - turn * before).norm(), 1e-5);
+    const Vec3d position = turn * cloud.position[g].cast<double>();
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(glb("POSITION", g, k), position[k], 1e-6);
+    std::vector<double> sh;
+    for (int degree = 0; degree <= 3; ++degree)
+      for (int n = 0; n < 2 * degree + 1; ++n)
+        for (int c = 0; c < 3; ++c)
+          sh.push_back(glb(kSplats + ":SH_DEGREE_" + std::to_string(degree) + "_COEF_" + std::to_string(n), g, c));
+    const Vec3d d = Vec3d(random.normal(), random.normal(), random.normal()).normalized();
+    EXPECT_LE((sh_color<double>(3, sh.data(), Vec3d(turn * d)) - sh_color<double>(3, cloud.sh_of(g), d)).norm(), 1e-5);
+  }
+}
+
 TEST(Glb, WhatItCannotHoldIsSaid) {
   TemporaryFolder folder;
   EXPECT_EQ(write_splats(folder / "a.glb", some_cloud(0), true).size(), 1u);

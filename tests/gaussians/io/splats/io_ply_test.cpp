@@ -72,6 +72,18 @@ TEST(Ply, RoundTripIsByteEqualForEveryShDegree) {
   }
 }
 
+TEST(Ply, KeepsWhatIsUp) {
+  const TemporaryFolder folder;
+  for (const bool z_is_up : {false, true})
+    for (const bool antialiased : {false, true}) {
+      write_ply(folder / "a.ply", some_cloud(3, 0), antialiased, z_is_up);
+      ReadReport report;
+      read_ply(folder / "a.ply", &report);
+      EXPECT_EQ(report.z_is_up, z_is_up);
+      EXPECT_EQ(report.antialiased, antialiased);
+    }
+}
+
 TEST(Ply, RestOfTheHarmonicsIsChannelMajorInTheFile) {
   const TemporaryFolder folder;
   std::vector<std::string> names = kRequired;

@@ -298,6 +298,31 @@ TEST(SogLevels, EachLevelIsItsFilesAndTheFinestThatIsThereIsTheDefault) {
   expect_error(Failure::kInput, {"lodLevels", "level 2"}, [&] { read_splats(folder / "lod", nullptr, 2); });
 }
 
+TEST(SogLevels, TheirEnvironmentBelongsToEachOfThem) {
+  const TemporaryFolder folder;
+  json meta = two_levels(folder);
+  meta["environment"] = "env/meta.json";
+  folder.file("lod/lod-meta.json", meta.dump());
+  ReadReport report;
+  EXPECT_EQ(read_splats(folder / "lod", &report).size(), 50u);
+  ASSERT_EQ(report.warnings.size(), 1u);
+  EXPECT_NE(report.warnings[0].find("env/meta.json does not exist"), std::string::npos);
+  const GaussianCloud environment = some_gaussians(7, 0, 20);
+  for (const auto& [name, bytes] : sog_files(environment)) folder.file("lod/env/" + name, bytes);
+  for (const auto& [level, count] : {std::pair{0, 50u}, {1, 10u}, {kAllLevels, 60u}, {kFinestLevel, 50u}}) {
+    const GaussianCloud cloud = read_splats(folder / "lod", &report, level);
+    ASSERT_EQ(cloud.size(), count + 7);
+    EXPECT_LT((cloud.position[count + 3] - environment.position[3]).norm(), 1e-3f);
+    EXPECT_EQ(report.rows, count + 7);
+    EXPECT_TRUE(report.warnings.empty());
+    EXPECT_NE(std::find(report.files.begin(), report.files.end(), folder / "lod/env/meta.json"), report.files.end());
+  }
+  meta["environment"] = nullptr;
+  folder.file("lod/lod-meta.json", meta.dump());
+  EXPECT_EQ(read_splats(folder / "lod", &report).size(), 50u);
+  EXPECT_TRUE(report.warnings.empty());
+}
+
 TEST(SogLevels, HostileTreesNameTheKey) {
   const TemporaryFolder folder;
   const json good = two_levels(folder);
@@ -312,6 +337,8 @@ TEST(SogLevels, HostileTreesNameTheKey) {
   refused({{"/version", 2}}, {"version", "2"});
   refused({{"/filenames/0", "../../etc/meta.json"}}, {"filenames", "below"});
   refused({{"/filenames/0", "/etc/meta.json"}}, {"filenames", "below"});
+  refused({{"/environment", "../env/meta.json"}}, {"environment", "below"});
+  refused({{"/environment", 5}}, {"environment", "5"});
   refused({{"/tree/children/0/lods/0/file", 3}}, {"file", "3"});
   refused({{"/tree/children/0/lods/0/count", -1}}, {"count", "-1"});
   refused({{"/tree/children/0/lods/0/count", 31}}, {"declares 31", "contains 30"});

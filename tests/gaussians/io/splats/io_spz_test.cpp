@@ -164,6 +164,40 @@ TEST(Spz, WhatIsOutsideItsRangesIsClampedAndCounted) {
   EXPECT_EQ(write_splats(folder / "a.spz", cloud).size(), 1u);
 }
 
+TEST(Spz, AFewFarAwayAreClampedBeforeTheStepsOfAllOthersAreCoarserThanTheUsual) {
+  const TemporaryFolder folder;
+  GaussianCloud cloud = some_gaussians(4000, 0);
+  cloud.position[7].y() = 1500;  // the usual 12 bits reach 2048
+  EXPECT_EQ(write_spz(folder / "a.spz", cloud), 0u);
+  EXPECT_EQ(read_spz(folder / "a.spz").position[7].y(), 1500);
+  cloud.position[7].y() = 2e5f;
+  cloud.position[8].x() = -1e9f;
+  EXPECT_EQ(write_spz(folder / "a.spz", cloud), 2u);
+  EXPECT_NE(write_splats(folder / "a.spz", cloud).at(0).find("2 Gaussians are farther away"), std::string::npos);
+  const GaussianCloud back = read_spz(folder / "a.spz");
+  EXPECT_NEAR(back.position[7].y(), 2048, 1);
+  EXPECT_NEAR(back.position[8].x(), -2048, 1);
+  for (size_t i = 9; i < cloud.size(); ++i)
+    ASSERT_LE((back.position[i] - cloud.position[i]).cwiseAbs().maxCoeff(), std::ldexp(0.5f, -12));
+  // A scene that is large as a whole keeps its extent.
+  for (size_t i = 0; i < 100; ++i) cloud.position[i] = Vec3f(0, 0, 1e5f + 64 * i);
+  EXPECT_EQ(write_spz(folder / "a.spz", cloud), 0u);
+  EXPECT_EQ(read_spz(folder / "a.spz").position[99].z(), 1e5f + 64 * 99);
+  for (size_t i = 0; i < 100; ++i) cloud.position[i] = Vec3f(0, 0, 1e8f);
+  expect_error(Failure::kInput, {"a.spz", "positions", "write a PLY"}, [&] { write_spz(folder / "a.spz", cloud); });
+}
+
+TEST(Spz, OfACloudWhoseZIsUpHasYUp) {
+  const TemporaryFolder folder;
+  const GaussianCloud cloud = some_gaussians(20, 3);
+  write_splats(folder / "a.spz", cloud, false, true);
+  const GaussianCloud back = read_spz(folder / "a.spz");  // whose y is down
+  Mat3f turn;
+  turn << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  for (size_t i = 0; i < cloud.size(); ++i)
+    EXPECT_LT((back.position[i] - turn * cloud.position[i]).cwiseAbs().maxCoeff(), 1e-4f);
+}
+
 TEST(Spz, HarmonicsOfDegreeFourAreCutWithAWarning) {
   const TemporaryFolder folder;
   std::string raw = "NGSP";
@@ -273,6 +307,7 @@ TEST(Splat, RoundTripStaysWithinTheSteps) {
   const TemporaryFolder folder;
   const GaussianCloud cloud = some_gaussians(2000, 2);
   EXPECT_EQ(write_splats(folder / "a.splat", cloud).size(), 1u);  // the harmonics are lost
+  EXPECT_NE(write_splats(folder / "a.splat", cloud, false, true).back().find("z is up"), std::string::npos);
   EXPECT_EQ(fs::file_size(folder / "a.splat"), 2000u * 32);
   ReadReport report;
   const GaussianCloud back = read_splat(folder / "a.splat", &report);
@@ -332,6 +367,9 @@ TEST(Splats, AreToldByContentThenByExtension) {
                [&] { read_splats(folder.file("a.txt", "hello")); });
   expect_error(Failure::kInput, {"a.ksplat", "splat-transform"},
                [&] { read_splats(folder.file("a.ksplat", "hello")); });
+  for (const char* name : {"ckpt_29999_rank0.pt", "step-000029999.ckpt", "point_cloud.PTH"})
+    expect_error(Failure::kInput, {name, "is a checkpoint", "ns-export gaussian-splat", "--save_ply"},
+                 [&] { read_splats(folder.file(name, std::string("PK\3\4", 4) + std::string(60, 'x'))); });
   expect_error(Failure::kUsage, {"--level", "3"}, [&] { read_splats(folder / "a.ply", nullptr, 3); });
   expect_error(Failure::kUsage, {"a.xyz", "cannot be written"}, [&] { write_splats(folder / "a.xyz", cloud); });
 }
