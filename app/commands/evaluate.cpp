@@ -52,6 +52,11 @@ void add_score(CLI::App& command, MotionScore& score) {
       ->option_text("X");
 }
 
+void warn_of(const nlohmann::json& result, const Context& context) {
+  for (const nlohmann::json& warning : result.value("warnings", nlohmann::json::array()))
+    context.progress.warn(warning.get<std::string>());
+}
+
 void add_slices(CLI::App& evaluate, Program& program) {
   CLI::App* sub = evaluate.add_subcommand("slices", "Space-time slices of a reference video and others, side by side");
   struct Files {
@@ -69,10 +74,11 @@ void add_slices(CLI::App& evaluate, Program& program) {
   add_out(*sub, program, "Image to write (default: slices.png)")->option_text("FILE");
   add_common(*sub, program);
   sub->callback([files, &program] {
-    program.action = [files, &program](Context&) {
+    program.action = [files, &program](Context& context) {
       const std::vector<std::filesystem::path> clips(files->clips.begin(), files->clips.end());
       nlohmann::json result =
           evaluate_slices(files->reference, clips, files->score, program.out.empty() ? "slices.png" : program.out);
+      warn_of(result, context);
       if (!program.json) std::printf("%s\n", result.dump(2).c_str());
       return result;
     };
@@ -116,8 +122,9 @@ void add_evaluate(CLI::App& app, Program& program) {
     add_out(*sub, program, "Also write the JSON to this file")->option_text("FILE");
     add_common(*sub, program);
     sub->callback([=, &program] {
-      program.action = [=, &program](Context&) {
+      program.action = [=, &program](Context& context) {
         nlohmann::json result = kind.evaluate(*pred, *truth);
+        warn_of(result, context);
         if (!program.out.empty()) write_text(program.out, result.dump(2) + "\n");
         if (!program.json) std::printf("%s\n", result.dump(2).c_str());
         const std::vector<std::string> failed = assert_metrics(result, *asserts);

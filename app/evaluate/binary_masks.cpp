@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 #include "segmentation/labels/agreement.h"
 
@@ -12,6 +13,7 @@ namespace pliant {
 ImageU8 read_mask(const std::filesystem::path& file) {
   const ImageF picture = read_image(file);
   ImageU8 mask(picture.width, picture.height, 1);
+  int brightest = 0;
   for (size_t i = 0; i < mask.data.size(); ++i) {
     const float* c = picture.data.data() + 3 * i;
     // Integers, as PIL computes luma.
@@ -19,7 +21,12 @@ ImageU8 read_mask(const std::filesystem::path& file) {
                      static_cast<int>(std::lround(255 * c[1])) * 38470 +
                      static_cast<int>(std::lround(255 * c[2])) * 7471 + 0x8000;
     mask.data[i] = (luma >> 16) > 128;
+    brightest = std::max(brightest, luma >> 16);
   }
+  const float largest = *std::max_element(picture.data.begin(), picture.data.end());
+  // The black of a JPEG may be 1.
+  if (largest > 0 && brightest <= 1 && !is_jpeg_file(file))
+    throw input_error(file.string(), "", "has values 0 and 1, which are both black", "save it as 0 and 255");
   return mask;
 }
 

@@ -8,7 +8,8 @@ namespace pliant {
 
 /// Masks [H, W, 1] of one object: 1 = object, 0 = rest.
 
-/// Reads a mask as the released evaluations of LERF-Mask and NVOS do: luma above 128 of 255 is the object.
+/// Reads a mask as the released evaluations of LERF-Mask and NVOS do: luma above 128 of 255 is the object.  One whose
+/// largest value is 1, which would be empty, is an Error{kInput}.
 ImageU8 read_mask(const std::filesystem::path& file);
 /// The nearest pixel of the mask at another size.
 ImageU8 resized_nearest(const ImageU8& mask, int width, int height);

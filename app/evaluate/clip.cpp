@@ -1,25 +1,58 @@
 #include "app/evaluate/clip.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
 #include "fitting/observe/frame_source.h"
 #include "gaussians/base/error.h"
 
-namespace pliant {
+namespace fs = std::filesystem;
 
-ReferenceVideo read_clip(const std::filesystem::path& path, const ClipPart& part, double fps, const Camera& like) {
-  Camera camera = like;
-  if (camera.width == 0) {
-    const std::optional<TimedFrame> first = open_frames(path, part.fps > 0 ? part.fps : 0)->next();
-    if (!first) throw input_error(path.string(), "", "has no frames", "give a video or a folder of frames");
-    camera.name = "video";
-    camera.width = first->picture.width;
-    camera.height = first->picture.height;
-  }
+namespace pliant {
+namespace {
+
+constexpr double kLongestSide = 1280;  // px; 270 frames of 16 : 9 fit into memory
+
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+}  // namespace
+
+ClipSize compared_size(const fs::path& reference, const ClipPart& part) {
+  const std::optional<TimedFrame> first = open_frames(reference, part.fps)->next();
+  if (!first) throw input_error(reference.string(), "", "has no frames", "give a video or a folder of frames");
+  const int width = first->picture.width, height = first->picture.height;
+  const double scale = std::min(1.0, kLongestSide / std::max(width, height));
+  ClipSize size;
+  size.camera.name = "video";
+  size.camera.width = std::max(1, static_cast<int>(std::lround(scale * width)));
+  size.camera.height = std::max(1, static_cast<int>(std::lround(scale * height)));
+  if (scale < 1)
+    size.warnings.push_back(fmt::format("{} has frames of {} x {} and is compared at {} x {}: pixels are of that size",
+                                        reference.string(), width, height, size.camera.width, size.camera.height));
+  return size;
+}
+
+ReferenceVideo read_clip(const fs::path& path, const ClipPart& part, double fps, const Camera& like,
+                         std::optional<double> start) {
   VideoOptions options;
-  options.declared_fps = part.fps;
+  if (is_folder(path)) options.declared_fps = part.fps;
   options.fps = fps;
-  options.first = part.from;
+  options.first = start.value_or(part.from);
+  options.exact_start = start.has_value();
   options.last = part.until;
-  return load_reference_video(options, path, camera);
+  options.part_options = "--from, --until";
+  options.other_savings = "or scale it down: `ffmpeg -i F -vf scale=640:-2 small.mp4`";
+  return load_reference_video(options, path, like);
+}
+
+void check_fps(const ClipPart& part, std::span<const fs::path> clips) {
+  if (part.fps > 0 && std::none_of(clips.begin(), clips.end(), is_folder))
+    throw usage_error("evaluate", "--fps", "does nothing for videos, which have their own rate", "leave it out");
 }
 
 }  // namespace pliant

@@ -192,8 +192,9 @@ json compare_methods(const std::vector<Method>& methods, const CompareOptions& o
       const Record record = record_of(metric, reached.value[0], reached.value[m]);
       const int decided = record.wins + record.losses;
       const double sign = metric.higher_is_better ? 1 : -1;
-      const bool ours = sign * difference.interval.low > 0 && sign * difference.interval.high > 0,
-                 theirs = sign * difference.interval.low < 0 && sign * difference.interval.high < 0;
+      const bool known = !too_few_clusters(difference.clusters, options.bootstrap.level),
+                 ours = known && sign * difference.interval.low > 0 && sign * difference.interval.high > 0,
+                 theirs = known && sign * difference.interval.low < 0 && sign * difference.interval.high < 0;
       out["differences"].push_back({{"metric", metric.key},
                                     {"ours", methods[0].name},
                                     {"baseline", methods[m].name},

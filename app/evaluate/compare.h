@@ -29,7 +29,7 @@ struct CompareOptions {
 ///   means: a row for each metric and method: mean over scenes, low, high, failures, results
 ///   differences: a row for each metric and other method: difference = first - other, low, high, wins, losses, ties
 ///   of the first method by scene, p_sign of the two-sided sign test, and verdict: the name of the method that the
-///   interval favours, or "undecided".
+///   interval favours, or "undecided", as it is with too_few_clusters scenes.
 /// A folder without results, or with none of a scene of the first method, is an Error{kInput}.
 nlohmann::json compare_methods(const std::vector<Method>& methods, const CompareOptions& options);
 

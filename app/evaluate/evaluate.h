@@ -10,39 +10,44 @@ namespace pliant {
 
 /// PSNR [dB], SSIM and MS-SSIM of two folders of pictures (or two pictures), paired by name without extension: mean,
 /// median and standard deviation over the pictures, and each of them.  The PSNR of identical pictures counts as
-/// kPsnrOfIdentical.  The MS-SSIM of pictures smaller than 176 x 176 pixels is null, and averages leave it out.
-/// Missing, extra or differently sized pictures are an Error{kInput}.
+/// kPsnrOfIdentical.  Pictures with transparency are compared over black.  The MS-SSIM of pictures smaller than 176 x
+/// 176 pixels is null, and averages leave it out. Missing, extra or differently sized pictures are an Error{kInput}.
 nlohmann::json evaluate_images(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 struct SegmentationScore {
   int band = 0;                ///< px inside the contours for boundary_miou; 0 = 2 % of the picture's diagonal
-  std::string match = "auto";  ///< ids are compared by: name, where both sides have names, else id (auto); id; overlap
+  std::string match = "auto";  ///< ids are compared by: name, where both sides share one, else id (auto); id; overlap
   bool common = false;         ///< leave out pictures of the truth that were not predicted, instead of scoring them 0
 };
 
 /// Two folders of id pictures, or two files with labels per Gaussian (segmentation.h5, labels.h5).  miou = mean over
 /// the ids in the truth of intersection / union summed over all pictures; pixels that the truth leaves unlabelled do
 /// not count; a missing picture counts as IoU 0 where the truth has ids.  Pictures also give boundary_miou (Cheng et
-/// al. 2021).  Names come from labels.json in the folder or beside it, or from the files; matching by overlap is for
-/// ids without a meaning, as of associated masks: one to one, largest IoU first.
+/// al. 2021).  Names come from labels.json in the folder or beside it, or from the files.  By name, an id that has the
+/// same name on both sides stays, a name that one id has on either side tells the true id, ids that neither side names
+/// stay, and others stand for nothing.  Matching by overlap is for ids without a meaning, as of associated masks: one
+/// to one, largest IoU first.
 nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                      const SegmentationScore& score = {});
 
 /// Masks VIEW/PROMPT.png of a scene of LERF-Mask (Ye et al. 2024, Gaussian Grouping): mean over the views of a prompt,
 /// then over prompts.  miou, boundary_miou are strict: a mask that is missing or of another size scores 0, two empty
-/// ones score 1.  paper_compatible repeats the released script: missing masks are skipped, others resized to the
-/// nearest pixel, and two empty ones have no value (null).
+/// ones score 1; where all are missing it is an Error{kInput}.  paper_compatible repeats the released script: missing
+/// masks are skipped, others resized to the nearest pixel, and two empty ones have no value (null).
 nlohmann::json evaluate_lerf_mask(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 /// The 8 scenes of NVOS (Ren et al. 2022), whichever are in masks/SCENE/IMAGE_mask.png, against SCENE/IMAGE_mask.png,
 /// SCENE/IMAGE.png or SCENE.png: mean IoU, boundary IoU and accuracy.  Masks of another size are resized to the nearest
-/// pixel; a missing one scores 0.
+/// pixel; a missing one scores 0, and where all are missing it is an Error{kInput}.
 nlohmann::json evaluate_nvos(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
 /// Two trajectory.h5, compared in metres.  Each true particle is compared with the predicted particle that is nearest
 /// at frame 0, by displacement since frame 0, at the true times.  Errors are relative to the object's height (its
 /// extent along up, or its largest extent when up is unknown).  Also the motion of the tip (top tenth; the tenth that
-/// moves most when up is unknown): displacement over time, peak, final / peak, dominant frequency [Hz] after the peak.
+/// moves most when up is unknown, or when the top moves less than a third as far, as of what hangs): displacement over
+/// time, peak, final / peak, dominant_frequency [Hz] of the damped oscillation (fit_oscillation) where it is free, null
+/// where there is none.  frequency_error is 1 where the truth alone oscillates.  free_from_s, free_from_by: as of
+/// evaluate_motion, or the peak of the truth ("largest motion").
 /// relative_error: root mean square error over the root mean square of the true displacements, 1 for a still object.
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
@@ -65,7 +70,8 @@ struct MotionScore : ClipPart {
 /// is taken to be free, and what says so: --free-from; interactions.json, the later change of the two trajectories
 /// (last_load.h); or "largest motion".  Of videos also the flow and the delay of the prediction (flow_comparison.h).
 /// The prediction is brought to the truth's size; each is followed at its own frame rate.  A truth in which nothing
-/// moves is an Error{kInput}; a prediction without motion has null frequency.
+/// moves is an Error{kInput}; a prediction without motion has null frequency.  Videos are compared at compared_size
+/// (clip.h), width x height, of which pixels are.  warnings: sentences about the clips.
 nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                const MotionScore& score = {});
 
@@ -74,9 +80,10 @@ struct SliceScore : ClipPart {
 };
 
 /// Writes a row and a column of pixels over time, of a reference and of other videos (or folders of frames) beside each
-/// other, to `picture`.  The others are brought to the reference's size and frame rate and cut to the shortest.
-/// row_rmse, column_rmse: root mean square difference of a clip's slice from the reference's, colours in [0, 1]; of a
-/// single clip at the top level, too.
+/// other, to `picture`.  The others are brought to the reference's size (compared_size of clip.h; lines are of it),
+/// frame rate and start, and cut to the shortest.  warnings: sentences about the clips. row_rmse, column_rmse: root
+/// mean square difference of a clip's slice from the reference's, colours in [0, 1]; of a single clip at the top level,
+/// too.
 nlohmann::json evaluate_slices(const std::filesystem::path& reference, const std::vector<std::filesystem::path>& clips,
                                const SliceScore& score, const std::filesystem::path& picture);
 

@@ -23,7 +23,10 @@ using Rows = std::vector<StatedBand>;
 
 /// Rows by quantity, all of them under "all".
 std::map<std::string, Rows> read_bands(const std::filesystem::path& file, double band) {
-  const std::string text = read_text(file), name = file.string();
+  std::string text = read_text(file);
+  const std::string name = file.string();
+  // Spreadsheets mark UTF-8 with these bytes.
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   std::string head = text.substr(0, text.find('\n'));
   std::erase(head, '\r');
   const std::vector<std::string> titles = split_list(head, ',');

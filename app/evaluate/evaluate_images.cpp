@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "app/evaluate/evaluate.h"
@@ -6,6 +7,7 @@
 #include "app/evaluate/ms_ssim.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/photo.h"
 #include "gaussians/render/image_loss.h"
 
 namespace fs = std::filesystem;
@@ -14,11 +16,21 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-/// Picture in double: SSIM of flat areas is a ratio of small differences.
+/// Formats that programs save transparency in.
+bool has_alpha_format(const fs::path& file) {
+  std::string format = file.extension().string();
+  std::transform(format.begin(), format.end(), format.begin(), [](unsigned char c) { return std::tolower(c); });
+  return format == ".png" || format == ".webp";
+}
+
+/// Picture over black, in double: SSIM of flat areas is a ratio of small differences.
 Image<double> read_picture(const fs::path& file) {
   const ImageF image = read_image(file);
   Image<double> out(image.width, image.height, image.channels);
   std::copy(image.data.begin(), image.data.end(), out.data.begin());
+  const ImageU8 alpha = has_alpha_format(file) ? read_photo(file).alpha : ImageU8();
+  for (size_t i = 0; i < alpha.data.size(); ++i)
+    for (int c = 0; c < out.channels; ++c) out.data[i * out.channels + c] *= alpha.data[i] / 255.0;
   return out;
 }
 
@@ -52,6 +64,7 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
               {"pictures", theirs.size()},
               {"protocol",
                {{"range", "8-bit values / 255"},
+                {"transparency", "over black"},
                 {"ssim", "11x11 Gaussian window, sigma 1.5, windows inside the image"},
                 {"ms_ssim", "5 scales, exponents of Wang et al. 2003; null below 176 x 176 pixels"},
                 {"psnr", "of the mean squared error over R, G and B; at most 100 dB, as of identical pictures"}}}};

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -21,7 +23,6 @@ namespace {
 
 constexpr double kLeastMotion = 0.3;           // px, below which a video shows nothing that moves
 constexpr int kMostPoints = 120, kRadius = 8;  // points that are followed, and px of their patches
-constexpr size_t kLeastFree = 8;               // frames that a fit of an oscillation needs
 
 bool is_trajectory(const fs::path& path) {
   std::error_code ignored;
@@ -110,10 +111,7 @@ PointMotion particles_of(const fs::path& path, std::optional<double>& free_from)
   if (t.frames.size() < 2 || t.frames[0].position.empty())
     throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particles",
                       "give a simulated trajectory");
-  const std::optional<double> last = last_load_change(file, t.frames.back().time);
-  const auto is_free = [&](const TrajectoryFile::Frame& frame) { return frame.time >= *last; };
-  if (last && static_cast<size_t>(std::count_if(t.frames.begin(), t.frames.end(), is_free)) >= kLeastFree)
-    free_from = std::max(0.0, *last - t.frames.front().time);
+  free_from = release_of(file, t);
   PointMotion motion;
   motion.dims = 3;
   motion.rate = static_cast<double>(t.frames.size() - 1) / (t.frames.back().time - t.frames.front().time);
@@ -158,7 +156,7 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   if (particles != is_trajectory(prediction))
     throw input_error(prediction.string(), "", "and the truth are a video and a trajectory",
                       "compare two videos or two trajectory.h5");
-  json out = {{"kind", "motion"}};
+  json out = {{"kind", "motion"}, {"warnings", json::array()}};
   PointMotion ours, truth;
   std::optional<double> our_release, true_release;
   if (particles) {
@@ -174,11 +172,18 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     truth = particles_of(truth_path, true_release);
   } else {
     // Each at its own rate: what moves fast is doubled in frames that are blends of two, and lost to tracking.
-    const ReferenceVideo true_video = read_clip(truth_path, score, 0, {});
-    const ReferenceVideo video = read_clip(prediction, score, 0, true_video.camera);
+    const fs::path both[] = {prediction, truth_path};
+    check_fps(score, both);
+    const ClipSize compared = compared_size(truth_path, score);
+    const ReferenceVideo true_video = read_clip(truth_path, score, 0, compared.camera);
+    const ReferenceVideo video = read_clip(prediction, score, 0, compared.camera);
     truth = follow(true_video, moving_region(true_video));
     ours = follow(video, moving_region(video));
     out["fps"] = true_video.fps;
+    out["width"] = compared.camera.width;
+    out["height"] = compared.camera.height;
+    for (const auto& warnings : {compared.warnings, true_video.warnings, video.warnings})
+      for (const std::string& warning : warnings) out["warnings"].push_back(warning);
     out.update(compare_flow(video, true_video));
   }
   const char* unit = particles ? "m" : "px";
@@ -187,6 +192,13 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   int first = -1;
   out["free_from_by"] = "largest motion";
   if (score.free_from >= 0) {
+    const double last = (static_cast<double>(truth.frames()) - static_cast<double>(kLeastFree)) / truth.rate;
+    if (score.free_from > last + 1e-6)
+      throw usage_error("evaluate", "--free-from",
+                        fmt::format("is {} s, of a truth that lasts {:.4g} s", score.free_from,
+                                    static_cast<double>(truth.frames()) / truth.rate),
+                        last >= 0 ? fmt::format("give at most {:.4g}: the fit needs {} frames", last, kLeastFree)
+                                  : fmt::format("the fit needs {} frames: give a longer clip", kLeastFree));
     first = static_cast<int>(std::lround(score.free_from * truth.rate));
     out["free_from_by"] = "--free-from";
   } else if (our_release || true_release) {

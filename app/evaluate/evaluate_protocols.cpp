@@ -119,6 +119,9 @@ json evaluate_lerf_mask(const fs::path& prediction, const fs::path& truth) {
       strict[prompt].iou.push_back(iou);
       strict[prompt].boundary_iou.push_back(boundary_iou);
     }
+  if (missing.size() == static_cast<size_t>(masks))
+    throw input_error(prediction.string(), missing[0].get<std::string>(), "is missing, as are all masks of the truth",
+                      "expected VIEW/PROMPT.png with the names of the truth");
   json out = summary_of(strict);
   out["kind"] = "lerf-mask";
   out["masks"] = masks;
@@ -131,6 +134,8 @@ json evaluate_lerf_mask(const fs::path& prediction, const fs::path& truth) {
 json evaluate_nvos(const fs::path& prediction, const fs::path& truth) {
   std::error_code ignored;
   const fs::path folder = fs::is_directory(truth / "masks", ignored) ? truth / "masks" : truth;
+  if (!fs::is_directory(prediction, ignored))
+    throw input_error(prediction.string(), "", "is not a folder", "give the folder with the masks of the scenes");
   json out = {{"kind", "nvos"}, {"per_scene", json::object()}, {"missing", json::array()}};
   double iou = 0, accuracy = 0, boundary_iou = 0;
   int scenes = 0;
@@ -169,6 +174,9 @@ json evaluate_nvos(const fs::path& prediction, const fs::path& truth) {
   if (scenes == 0)
     throw input_error(truth.string(), "masks", "has no mask of an NVOS scene",
                       "expected SCENE/IMAGE_mask.png, for example fern/IMG_4027_mask.png");
+  if (out["missing"].size() == static_cast<size_t>(scenes))
+    throw input_error(prediction.string(), "", "has no mask of a scene of the truth",
+                      "expected SCENE/IMAGE_mask.png, SCENE/IMAGE.png or SCENE.png, for example fern/IMG_4027.png");
   out["scenes"] = scenes;
   out["miou"] = iou / scenes;
   out["accuracy"] = accuracy / scenes;

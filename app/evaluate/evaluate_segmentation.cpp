@@ -43,31 +43,42 @@ Names names_of_folder(const fs::path& folder) {
   return {};
 }
 
-/// Predicted id -> true id of the same name; empty = no name in common, ids are compared as they are.
-std::map<uint32_t, uint32_t> match_names(const Names& ours, const Names& theirs) {
-  std::map<uint32_t, uint32_t> match;
-  bool common = false;
-  for (const auto& [our_id, our_name] : ours) {
-    match[our_id] = kUnmatched;
-    for (const auto& [their_id, their_name] : theirs) {
-      if (our_name == their_name) {
-        match[our_id] = their_id;
-        common = true;
-      }
-    }
+/// Which true id a predicted one stands for.
+struct Match {
+  std::string by = "id";
+  std::map<uint32_t, uint32_t> known;
+
+  uint32_t of(uint32_t id) const {
+    if (id == 0) return id;
+    const auto found = known.find(id);
+    return found != known.end() ? found->second : by == "overlap" ? kUnmatched : id;
   }
-  if (!common) match.clear();
-  return match;
+};
+
+/// Ids of every name.
+std::map<std::string, std::vector<uint32_t>> ids_of_names(const Names& names) {
+  std::map<std::string, std::vector<uint32_t>> ids;
+  for (const auto& [id, name] : names) ids[name].push_back(id);
+  return ids;
 }
 
-uint32_t matched(const std::map<uint32_t, uint32_t>& match, uint32_t id) {
-  if (match.empty() || id == 0) return id;
-  const auto found = match.find(id);
-  return found == match.end() ? kUnmatched : found->second;
-}
-
-const char* matched_by(const SegmentationScore& score, const std::map<uint32_t, uint32_t>& match) {
-  return score.match == "overlap" ? "overlap" : match.empty() ? "id" : "name";
+/// By names, unless none is in common: an id of the same name on both sides stays, else the name tells the true id
+/// where it is that of one id on either side.  Ids that neither side names stay, other ones stand for nothing.
+Match match_names(const Names& ours, const Names& theirs) {
+  Match match;
+  const auto our_ids = ids_of_names(ours), their_ids = ids_of_names(theirs);
+  for (const auto& [id, name] : theirs) match.known[id] = kUnmatched;
+  for (const auto& [id, name] : ours) {
+    match.known[id] = kUnmatched;
+    const auto same = their_ids.find(name);
+    if (same == their_ids.end()) continue;
+    match.by = "name";
+    if (const auto own = theirs.find(id); own != theirs.end() && own->second == name)
+      match.known[id] = id;
+    else if (same->second.size() == 1 && our_ids.at(name).size() == 1)
+      match.known[id] = same->second[0];
+  }
+  return match.by == "name" ? match : Match();
 }
 
 /// Counts labelled positions of the truth into the overlap of each id.
@@ -126,14 +137,14 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth, const Se
                           std::to_string(theirs.label.size()),
                       "compare labels of the same splats");
   }
-  std::map<uint32_t, uint32_t> match;
+  Match match;
   if (score.match == "auto") match = match_names(ours.names, theirs.names);
   if (score.match == "overlap") {
     OverlapMatch overlaps;
     overlaps.add(ours.label, theirs.label);
-    match = overlaps.match();
+    match = {"overlap", overlaps.match()};
   }
-  for (uint32_t& id : ours.label) id = matched(match, id);
+  for (uint32_t& id : ours.label) id = match.of(id);
   const std::set<uint32_t> ids = labelled_ids({theirs.label.begin(), theirs.label.end()});
   if (ids.empty()) throw input_error(truth.string(), "/label", "labels no object", "give a file with ids above 0");
   Overlaps overlap;
@@ -143,7 +154,7 @@ json evaluate_labels(const fs::path& prediction, const fs::path& truth, const Se
               {"gaussians", theirs.label.size()},
               {"labelled", labelled},
               {"accuracy", correct / labelled},
-              {"matched_by", matched_by(score, match)}};
+              {"matched_by", match.by}};
   add_overlaps(out, "iou", overlap, ids, theirs.names);
   return out;
 }
@@ -183,13 +194,13 @@ IdImage read_like(const Pictures& pictures, const std::string& name, const IdIma
   return ids;
 }
 
-std::map<uint32_t, uint32_t> match_pictures(const Pictures& ours, const Pictures& theirs) {
+Match match_pictures(const Pictures& ours, const Pictures& theirs) {
   OverlapMatch overlaps;
   for (const auto& [name, file] : theirs) {
     const IdImage truth = read_ids(file);
     if (ours.count(name)) overlaps.add(read_like(ours, name, truth).data, truth.data);
   }
-  return overlaps.match();
+  return {"overlap", overlaps.match()};
 }
 
 }  // namespace
@@ -198,9 +209,9 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
   if (prediction.extension() == ".h5" || truth.extension() == ".h5") return evaluate_labels(prediction, truth, score);
   const auto ours = pictures_of(prediction), theirs = pictures_of(truth);
   const Names names = names_of_folder(truth);
-  const auto match = score.match == "overlap" ? match_pictures(ours, theirs)
-                     : score.match == "auto"  ? match_names(names_of_folder(prediction), names)
-                                              : std::map<uint32_t, uint32_t>();
+  const Match match = score.match == "overlap" ? match_pictures(ours, theirs)
+                      : score.match == "auto"  ? match_names(names_of_folder(prediction), names)
+                                               : Match();
   Overlaps overlap, edges;
   std::set<uint32_t> all, predicted;
   double correct = 0, labelled = 0;
@@ -211,7 +222,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
     const IdImage b = read_ids(file);
     IdImage a = read_like(ours, name, b);
     for (size_t i = 0; i < a.data.size() && predicted.size() <= kMostIds; ++i) predicted.insert(a.data[i]);
-    for (uint32_t& id : a.data) id = matched(match, id);
+    for (uint32_t& id : a.data) id = match.of(id);
     Overlaps here;
     double right = 0, here_labelled = 0;
     count(a.data, b.data, here, right, here_labelled);
@@ -238,13 +249,9 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
   for (const auto& [name, file] : ours) {
     if (!theirs.count(name)) extra.push_back(name);
   }
-  json out = {{"kind", "masks"},
-              {"pictures", theirs.size()},
-              {"missing", missing},
-              {"extra", extra},
-              {"accuracy", correct / labelled},
-              {"per_view", per_view},
-              {"matched_by", matched_by(score, match)}};
+  json out = {{"kind", "masks"},       {"pictures", theirs.size()},      {"missing", missing},
+              {"extra", extra},        {"accuracy", correct / labelled}, {"per_view", per_view},
+              {"matched_by", match.by}};
   add_overlaps(out, "iou", overlap, all, names);
   add_overlaps(out, "boundary_iou", edges, all, names);
   out["boundary_miou"] = out["mboundary_iou"];

@@ -13,12 +13,16 @@ namespace pliant {
 
 json evaluate_slices(const fs::path& reference, const std::vector<fs::path>& clips, const SliceScore& score,
                      const fs::path& picture) {
-  std::vector<ReferenceVideo> videos = {read_clip(reference, score, 0, {})};
-  const Camera size = videos[0].camera;
+  std::vector<fs::path> all = {reference};
+  all.insert(all.end(), clips.begin(), clips.end());
+  check_fps(score, all);
+  const ClipSize compared = compared_size(reference, score);
+  const Camera& size = compared.camera;
+  std::vector<ReferenceVideo> videos = {read_clip(reference, score, 0, size)};
   std::vector<std::string> names = {reference.stem().string()};
   size_t frames = videos[0].frames.size();
   for (const fs::path& clip : clips) {
-    videos.push_back(read_clip(clip, score, videos[0].fps, size));
+    videos.push_back(read_clip(clip, score, videos[0].fps, size, videos[0].start));
     names.push_back(clip.stem().string());
     frames = std::min(frames, videos.back().frames.size());
   }
@@ -39,9 +43,13 @@ json evaluate_slices(const fs::path& reference, const std::vector<fs::path>& cli
     slices.add(now);
   }
   write_image(picture, slices.picture());
-  json out = {{"kind", "slices"},      {"row", lines.row}, {"column", lines.column},
-              {"fps", videos[0].fps},  {"frames", frames}, {"picture", picture.string()},
-              {"clips", json::array()}};
+  json out = {{"kind", "slices"},       {"row", lines.row},
+              {"column", lines.column}, {"width", size.width},
+              {"height", size.height},  {"fps", videos[0].fps},
+              {"frames", frames},       {"picture", picture.string()},
+              {"clips", json::array()}, {"warnings", compared.warnings}};
+  for (const ReferenceVideo& video : videos)
+    for (const std::string& warning : video.warnings) out["warnings"].push_back(warning);
   for (size_t k = 1; k < videos.size(); ++k) {
     const auto [row, column] = slices.rmse(k);
     out["clips"].push_back({{"file", clips[k - 1].string()}, {"row_rmse", row}, {"column_rmse", column}});

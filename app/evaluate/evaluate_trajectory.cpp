@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "app/evaluate/evaluate.h"
+#include "app/evaluate/last_load.h"
 #include "app/evaluate/metrics.h"
+#include "app/evaluate/vibration.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/linear_algebra.h"
@@ -15,36 +18,34 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-/// Its positions in metres.
-TrajectoryFile read_moving(const fs::path& path) {
+constexpr double kTipMoves = 1.0 / 3;  // of what moves most, that the top moves when it is the tip
+
+/// A trajectory whose unit is the metre.
+struct Moving : TrajectoryFile {
+  double file_unit = 1;                ///< m
+  std::optional<double> release = {};  ///< s from the first frame, release_of
+};
+
+Moving read_moving(const fs::path& path) {
   std::error_code ignored;
   const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
-  TrajectoryFile t = read_trajectory(file);
+  Moving t;
+  static_cast<TrajectoryFile&>(t) = read_trajectory(file);
   if (t.frames.size() < 2 || t.frames[0].position.empty()) {
     throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particles",
                       "give a simulated trajectory");
   }
   for (auto& frame : t.frames)
     for (Vec3f& x : frame.position) x *= static_cast<float>(t.metres_per_unit);
+  t.release = release_of(file, t);
+  t.file_unit = t.metres_per_unit;
+  t.metres_per_unit = 1;
   return t;
 }
 
-/// A time between two frames.
-struct Between {
-  const TrajectoryFile::Frame *a, *b;
-  double s;  ///< 0 at a, 1 at b
-};
-Between frames_around(const TrajectoryFile& t, double time) {
-  size_t next = 1;
-  while (next + 1 < t.frames.size() && t.frames[next].time < time) ++next;
-  const TrajectoryFile::Frame &a = t.frames[next - 1], &b = t.frames[next];
-  return {&a, &b, std::clamp((time - a.time) / (b.time - a.time), 0.0, 1.0)};
-}
-
-/// Displacement of particle `p` since frame 0, linear between frames.
-Vec3d displacement(const TrajectoryFile& t, const Between& at, size_t p) {
-  const Vec3d x = (1 - at.s) * at.a->position[p].cast<double>() + at.s * at.b->position[p].cast<double>();
-  return x - t.frames[0].position[p].cast<double>();
+/// Displacement of particle `p` since frame 0.
+Vec3d displacement(const TrajectoryFile& t, const TrajectoryFile::Frame& now, size_t p) {
+  return now.position[p].cast<double>() - t.frames[0].position[p].cast<double>();
 }
 
 double extent(const std::vector<Vec3f>& position, const Vec3d& direction) {
@@ -57,24 +58,34 @@ double extent(const std::vector<Vec3f>& position, const Vec3d& direction) {
   return high - low;
 }
 
-/// The tenth of the true particles that is highest, or that moves most when up is unknown.
-std::vector<size_t> tip_of(const TrajectoryFile& truth) {
-  const size_t n = truth.frames[0].position.size();
-  std::vector<double> rank(n, 0.0);
-  for (size_t p = 0; p < n; ++p) {
-    if (!truth.up.isZero()) {
-      rank[p] = truth.up.dot(truth.frames[0].position[p].cast<double>());
-    } else {
-      for (const auto& frame : truth.frames)
-        rank[p] = std::max<double>(rank[p], (frame.position[p] - truth.frames[0].position[p]).norm());
-    }
-  }
-  std::vector<size_t> order(n);
-  for (size_t p = 0; p < n; ++p) order[p] = p;
+/// The tenth with the highest rank.
+std::vector<size_t> top_tenth(const std::vector<double>& rank) {
+  std::vector<size_t> order(rank.size());
+  std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(),
             [&](size_t a, size_t b) { return rank[a] != rank[b] ? rank[a] > rank[b] : a < b; });
-  order.resize(std::max<size_t>(1, n / 10));
+  order.resize(std::max<size_t>(1, rank.size() / 10));
   return order;
+}
+
+/// The tenth of the true particles that is highest; that moves most when up is unknown, or when the highest hardly
+/// moves, as what hangs does.
+std::vector<size_t> tip_of(const TrajectoryFile& truth) {
+  const std::vector<Vec3f>& rest = truth.frames[0].position;
+  std::vector<double> height, reach(rest.size(), 0.0);
+  for (size_t p = 0; p < rest.size(); ++p) {
+    height.push_back(truth.up.dot(rest[p].cast<double>()));
+    for (const auto& frame : truth.frames) reach[p] = std::max<double>(reach[p], (frame.position[p] - rest[p]).norm());
+  }
+  const std::vector<size_t> farthest = top_tenth(reach);
+  if (truth.up.isZero()) return farthest;
+  const std::vector<size_t> highest = top_tenth(height);
+  const auto reach_of = [&](const std::vector<size_t>& tenth) {
+    double sum = 0;
+    for (const size_t p : tenth) sum += reach[p];
+    return sum;
+  };
+  return reach_of(highest) >= kTipMoves * reach_of(farthest) ? highest : farthest;
 }
 
 /// Unit direction in which the displacements vary most.
@@ -84,26 +95,29 @@ Vec3d main_direction(const std::vector<Vec3d>& displacement) {
   return symmetric_eigen3(second).vectors.col(2);
 }
 
-/// Numbers about the motion of a tip; displacements relative to the height.  Frequencies from frame `first` on.
+size_t largest_of(const std::vector<Vec3d>& displacement) {
+  const auto less = [](const Vec3d& a, const Vec3d& b) { return a.norm() < b.norm(); };
+  return static_cast<size_t>(std::max_element(displacement.begin(), displacement.end(), less) - displacement.begin());
+}
+
+/// Numbers about the motion of a tip; displacements relative to the height.  Frequencies from frame `first` on, null
+/// where nothing oscillates.
 json describe_tip(const std::vector<Vec3d>& tip, const Vec3d& direction, double rate, size_t first) {
   json over_time = json::array();
-  double peak = 0;
-  size_t peak_frame = 0;
+  const size_t peak_frame = largest_of(tip);
+  const double peak = tip[peak_frame].norm();
   std::vector<double> along;
   for (size_t i = 0; i < tip.size(); ++i) {
     over_time.push_back(tip[i].norm());
-    if (tip[i].norm() > peak) {
-      peak = tip[i].norm();
-      peak_frame = i;
-    }
     if (i >= first) along.push_back(direction.dot(tip[i]));
   }
   json out = {{"peak", peak},
               {"peak_frame", peak_frame},
               {"final", tip.back().norm()},
               {"displacement", over_time},
-              {"dominant_frequency", dominant_frequency(along, rate)},
               {"zero_crossing_frequency", zero_crossing_frequency(along, rate)}};
+  const double frequency = fit_oscillation(along, rate).frequency;
+  out["dominant_frequency"] = frequency > 0 ? json(frequency) : json(nullptr);
   out["final_over_peak"] = peak > 0 ? json(tip.back().norm() / peak) : json(nullptr);
   return out;
 }
@@ -111,7 +125,7 @@ json describe_tip(const std::vector<Vec3d>& tip, const Vec3d& direction, double 
 }  // namespace
 
 json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path) {
-  const TrajectoryFile ours = read_moving(prediction), truth = read_moving(truth_path);
+  const Moving ours = read_moving(prediction), truth = read_moving(truth_path);
   const std::vector<Vec3f>& rest = truth.frames[0].position;
   double height = truth.up.isZero() ? 0.0 : extent(rest, truth.up);
   if (truth.up.isZero()) {
@@ -134,10 +148,10 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
   for (double time : times) {
     double frame_sum = 0;
     std::vector<Vec3d> our_move(rest.size()), true_move(rest.size());
-    const Between our_frames = frames_around(ours, time), true_frames = frames_around(truth, time);
+    const TrajectoryFile::Frame our_frame = ours.at(time), true_frame = truth.at(time);
     for (size_t p = 0; p < rest.size(); ++p) {
-      our_move[p] = displacement(ours, our_frames, static_cast<size_t>(partner[p])) / height;
-      true_move[p] = displacement(truth, true_frames, p) / height;
+      our_move[p] = displacement(ours, our_frame, static_cast<size_t>(partner[p])) / height;
+      true_move[p] = displacement(truth, true_frame, p) / height;
       const double error = (our_move[p] - true_move[p]).norm();
       frame_sum += error;
       squares += error * error;
@@ -153,12 +167,19 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
       true_tip.back() += true_move[p] / static_cast<double>(tip.size());
     }
   }
-  // The oscillation is free after the peak, unless the peak is so late that little is left.
-  size_t first = 0;
-  for (size_t i = 0; i < true_tip.size(); ++i) {
-    if (true_tip[i].norm() > true_tip[first].norm()) first = i;
+  const size_t peak_frame = largest_of(true_tip);
+  // The oscillation is free after the end of all loads; where that is unknown after the peak, unless it is so late that
+  // little is left.
+  size_t first = 2 * peak_frame > true_tip.size() ? 0 : peak_frame;
+  const char* free_from_by = "largest motion";
+  if (ours.release || truth.release) {
+    const double release = times.front() + std::max(ours.release.value_or(0), truth.release.value_or(0));
+    const auto from = static_cast<size_t>(std::lower_bound(times.begin(), times.end(), release - 1e-9) - times.begin());
+    if (from + kLeastFree <= times.size()) {
+      first = from;
+      free_from_by = "interactions.json";
+    }
   }
-  if (2 * first > true_tip.size()) first = 0;
   const double rate = static_cast<double>(times.size() - 1) / (times.back() - times.front());
   const Vec3d direction = main_direction(true_tip);
   const auto samples = static_cast<double>(rest.size() * times.size());
@@ -171,18 +192,22 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
               {"frames_in_truth", truth.frames.size()},
               {"particles", ours.frames[0].position.size()},
               {"particles_in_truth", rest.size()},
-              {"height", height / truth.metres_per_unit},
+              {"height", height / truth.file_unit},
               {"height_metres", height},
               {"position_error_mean", sum / samples},
               {"position_error_rms", std::sqrt(squares / samples)},
               {"position_error_max", largest},
               {"error_of_frame", error_of_frame},
               {"tip_error_mean", tip_error},
+              {"free_from_s", times[first] - times.front()},
+              {"free_from_by", free_from_by},
               {"tip", describe_tip(our_tip, direction, rate, first)},
               {"tip_in_truth", describe_tip(true_tip, direction, rate, first)}};
   out["relative_error"] = moved > 0 ? json(std::sqrt(squares / moved)) : json(nullptr);
-  const double f = out["tip"]["dominant_frequency"], f_true = out["tip_in_truth"]["dominant_frequency"];
-  out["frequency_error"] = f_true > 0 ? json(std::abs(f - f_true) / f_true) : json(nullptr);
+  // What does not oscillate where the truth does is as wrong as frequency 0.
+  const json &f = out["tip"]["dominant_frequency"], &f_true = out["tip_in_truth"]["dominant_frequency"];
+  const double known = f.is_number() ? f.get<double>() : 0;
+  out["frequency_error"] = f_true.is_number() ? json(std::abs(known / f_true.get<double>() - 1)) : json(nullptr);
   const double peak = out["tip"]["peak"], peak_true = out["tip_in_truth"]["peak"];
   out["peak_error"] = peak_true > 0 ? json(std::abs(peak - peak_true) / peak_true) : json(nullptr);
   return out;

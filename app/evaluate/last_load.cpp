@@ -45,4 +45,13 @@ std::optional<double> last_load_change(const fs::path& trajectory, double until)
   return last;
 }
 
+std::optional<double> release_of(const fs::path& file, const TrajectoryFile& trajectory) {
+  const auto& frames = trajectory.frames;
+  const std::optional<double> last = last_load_change(file, frames.back().time);
+  const auto is_free = [&](const TrajectoryFile::Frame& frame) { return frame.time >= *last; };
+  if (!last || static_cast<size_t>(std::count_if(frames.begin(), frames.end(), is_free)) < kLeastFree)
+    return std::nullopt;
+  return std::max(0.0, *last - frames.front().time);
+}
+
 }  // namespace pliant

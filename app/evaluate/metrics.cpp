@@ -105,9 +105,10 @@ double dominant_frequency(const std::vector<double>& values, double rate) {
       best = frequency;
     }
   }
-  // The top of a parabola through the maximum and its neighbours.
+  // The top of a parabola through the maximum and its neighbours; at an end of the scan it may be no maximum.
   const double left = power(best - step), right = power(best + step), curvature = left - 2 * strongest + right;
-  return curvature < 0 ? best + 0.5 * step * (left - right) / curvature : best;
+  const bool is_peak = strongest >= std::max(left, right) && curvature < 0;
+  return is_peak ? best + 0.5 * step * (left - right) / curvature : best;
 }
 
 double zero_crossing_frequency(const std::vector<double>& values, double rate) {

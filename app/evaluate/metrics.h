@@ -24,7 +24,8 @@ const nlohmann::json* find_value(const nlohmann::json& object, const std::string
 std::map<std::string, std::filesystem::path> pictures_of(const std::filesystem::path& folder);
 
 /// Frequency [Hz] of the strongest oscillation of evenly sampled values: linear trend removed, Hann window, maximum of
-/// the Fourier transform on a fine scan from one period in the record up to half the rate.  0 when nothing moves.
+/// the Fourier transform on a fine scan from one period in the record up to half the rate.  0 when nothing moves. Right
+/// from about two periods in the record on; below, fit_oscillation finds what this misses.
 double dominant_frequency(const std::vector<double>& values, double rate);
 /// Frequency [Hz] from the first to the last crossing of the mean, two crossings a period; 0 with fewer than 2.
 double zero_crossing_frequency(const std::vector<double>& values, double rate);

@@ -19,10 +19,14 @@ struct Cluster {
   int count = 0;
 };
 
+double student_quantile(double level, double clusters) {
+  return boost::math::quantile(boost::math::students_t_distribution<double>(clusters - 1), 0.5 * (1 + level));
+}
+
 /// Share of the resamples to leave out at each end.
 double expanded_tail(double level, size_t clusters) {
   const auto n = static_cast<double>(clusters);
-  const double t = boost::math::quantile(boost::math::students_t_distribution<double>(n - 1), 0.5 * (1 + level));
+  const double t = student_quantile(level, n);
   return boost::math::cdf(boost::math::normal_distribution<double>(), -t * std::sqrt(n / (n - 1)));
 }
 
@@ -34,7 +38,24 @@ double quantile(const std::vector<double>& sorted, double share) {
   return sorted[low] + (at - static_cast<double>(low)) * (sorted[high] - sorted[low]);
 }
 
+/// Of a mean over clusters, linearized as a ratio of their sums (Cochran 1977, ch. 6); NaN without a spread.
+Interval student_interval(const std::vector<Cluster>& clusters, double mean, double level) {
+  double squares = 0, count = 0;
+  for (const Cluster& own : clusters) {
+    squares += std::pow(own.sum - mean * own.count, 2);
+    count += own.count;
+  }
+  const auto n = static_cast<double>(clusters.size());
+  // Equal means differ by rounding.
+  const bool spread = std::sqrt(squares) > 1e-12 * std::abs(mean) * count;
+  const double half = spread ? student_quantile(level, n) * std::sqrt(n / (n - 1) * squares) / count
+                             : std::numeric_limits<double>::quiet_NaN();
+  return {mean - half, mean + half};
+}
+
 }  // namespace
+
+bool too_few_clusters(int clusters, double level) { return std::exp2(1 - clusters) > 1 - level; }
 
 MeanEstimate bootstrap_mean(const BootstrapOptions& options, std::span<const double> values,
                             std::span<const int> cluster) {
@@ -56,6 +77,10 @@ MeanEstimate bootstrap_mean(const BootstrapOptions& options, std::span<const dou
   out.mean = sum / static_cast<double>(values.size());
   if (clusters.size() < 2) {
     out.interval.low = out.interval.high = std::numeric_limits<double>::quiet_NaN();
+    return out;
+  }
+  if (too_few_clusters(out.clusters, options.level)) {
+    out.interval = student_interval(clusters, out.mean, options.level);
     return out;
   }
   std::vector<double> means(options.resamples);

@@ -115,6 +115,7 @@ json suite_settings(const SuiteStage& stage, const std::string& pliant, const st
       if (!settings.is_object() || !settings.contains(key))
         throw input_error(stage.settings, key, "is missing", "begin with the suite.json of another suite");
     settings["pliant"] = pliant;
+    settings["version"] = PLIANT_VERSION;
     settings["threads"] = 1;
     return settings;
   }
@@ -127,7 +128,7 @@ json suite_settings(const SuiteStage& stage, const std::string& pliant, const st
     if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
       throw usage_error("evaluate suite", "--kind", "'" + kind + "' is not a kind of demo scene",
                         "did you mean '" + nearest_name(kind, kinds) + "'?");
-  json settings = {{"pliant", pliant}, {"threads", 1}, {"scenes", json::object()}};
+  json settings = {{"pliant", pliant}, {"version", PLIANT_VERSION}, {"threads", 1}, {"scenes", json::object()}};
   for (const std::string& kind : chosen)
     for (int seed = 1; seed <= stage.seeds; ++seed)
       settings["scenes"][fmt::format("{}/{}", kind, seed)] = {{"kind", kind}, {"seed", seed}};

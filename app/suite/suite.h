@@ -29,7 +29,8 @@ nlohmann::json suite_settings(const SuiteStage& stage, const std::string& pliant
 std::string_view suite_workflow();
 
 /// Writes `out`/Snakefile and `out`/suite.json and runs them until `out`/RESULTS.md is there.  What a killed suite has
-/// finished is not done again, nor what changed settings leave as it was.  Throws Error{kUsage} without Snakemake,
+/// finished is not done again, nor what changed settings leave as it was; another version of Pliant does all again.
+/// Throws Error{kUsage} without Snakemake,
 /// Error{kInput} when a job fails otherwise than by a method's failure, which has a row of its own.
 nlohmann::json run_suite(const Context& context, const nlohmann::json& settings, const SuiteStage& stage,
                          const std::string& out);

@@ -78,11 +78,15 @@ def digest(*settings):
 
 
 def of_scene(wildcards):
-    return digest(SCENES[wildcards.scene], config["demo"])
+    return digest(SCENES[wildcards.scene], config["demo"], config.get("version"))
 
 
 def of_prepared(wildcards):
     return digest(of_scene(wildcards), config["particles"])
+
+
+def prepared_run(wildcards):
+    return f"prepared/{wildcards.scene}-{of_prepared(wildcards)}"
 
 
 def of_motion(wildcards):
@@ -143,7 +147,7 @@ rule prepared:
     priority: 1
     threads: THREADS
     run:
-        run = f"prepared/{wildcards.scene}"
+        run = prepared_run(wildcards)
         pliant(log[0], "segment", f"scenes/{wildcards.scene}", "--out", run)
         for stage in ("extract", "repair"):
             pliant(log[0], stage, run)
@@ -169,7 +173,7 @@ rule motion:
         os.makedirs(f"runs/{scene}", exist_ok=True)
 
         def measure():
-            copy_of(f"prepared/{scene}", run)
+            copy_of(prepared_run(wildcards), run)
             errors = {"video": {}, "unseen": {}}
             for command in method["commands"]:
                 pliant(log[0], command[0], run, *command[1:])
@@ -235,14 +239,15 @@ rule repair:
     threads: THREADS
     run:
         scene, found = wildcards.scene, f"logs/{wildcards.scene}/repair-{params.settings}.json"
+        prepared = prepared_run(wildcards)
 
         def measure(key, seconds):
             if not os.path.exists(found):
-                pliant(log[0], "evaluate", "repair", f"prepared/{scene}", f"scenes/{scene}", "--out", found)
+                pliant(log[0], "evaluate", "repair", prepared, f"scenes/{scene}", "--out", found)
             return {"psnr": read_json(found)[key], "seconds": seconds}
 
         # The repair was made with the prepared run; the time of OpenCV's is part of the evaluation's.
-        ours = read_json(f"prepared/{scene}/run.json")["stages"]["repair"]["wall_s"]
+        ours = read_json(f"{prepared}/run.json")["stages"]["repair"]["wall_s"]
         score("repair", scene, "ours", log[0], output.ours, lambda: measure("psnr", ours))
         score("repair", scene, "opencv", log[0], output.opencv, lambda: measure("psnr_opencv", None))
 

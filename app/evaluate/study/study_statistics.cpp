@@ -1,5 +1,6 @@
 #include "app/evaluate/study/study_statistics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -33,8 +34,9 @@ json choice_row(const Group& group, const std::string& question, const std::stri
   const MeanEstimate share = bootstrap_mean(options, won, cluster);
   const Interval score = wilson(wins, trials, options.level);
   row["share"] = share.mean;
-  row["low"] = number_or_null(share.interval.low);
-  row["high"] = number_or_null(share.interval.high);
+  // Student's interval of few participants may leave the range of a share; NaN stays.
+  row["low"] = number_or_null(std::max(share.interval.low, 0.0));
+  row["high"] = number_or_null(std::min(share.interval.high, 1.0));
   row["wilson_low"] = score.low;
   row["wilson_high"] = score.high;
   row["p_value"] = binomial_test(wins, trials);

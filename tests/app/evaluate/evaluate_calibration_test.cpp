@@ -58,6 +58,14 @@ TEST(EvaluateCalibration, TooFewRowsForALevelAreSaidInsteadOfItsFactor) {
   EXPECT_NE(markdown_of(calibration_tables(found)[0]).find("too few rows"), std::string::npos);
 }
 
+TEST(EvaluateCalibration, TheMarkOfUtf8IsNoPartOfTheFirstTitle) {
+  const TemporaryFolder folder;
+  std::string table = "estimate,truth,sigma\r\n";
+  for (int i = 0; i < 16; ++i) table += fmt::format("{},0,1\r\n", Random(9, i).normal());
+  const json plain = evaluate_calibration(folder.file("plain.csv", table), {});
+  EXPECT_EQ(evaluate_calibration(folder.file("marked.csv", "\xEF\xBB\xBF" + table), {}), plain);
+}
+
 TEST(EvaluateCalibration, UselessTablesAreRefusedByLineAndColumn) {
   const TemporaryFolder folder;
   const auto refuse = [&](const std::string& text, const std::vector<std::string>& words) {

@@ -219,12 +219,18 @@ TEST(EvaluateMotion, UselessInputIsRefused) {
   MotionScore score;
   expect_error(Failure::kInput, {"fps"}, [&] { evaluate_motion(folder / "a", folder / "a", score); });
   score.fps = 30;
+  score.free_from = 1;
+  expect_error(Failure::kUsage, {"--free-from", "1 s", "0.1 s", "8 frames"},
+               [&] { evaluate_motion(folder / "a", folder / "a", score); });
+  score.free_from = -1;
   expect_error(Failure::kInput, {"none", "does not exist"},
                [&] { evaluate_motion(folder / "none", folder / "a", score); });
   swing.width = 48;
   swing.write_folder(folder / "narrow");
   expect_error(Failure::kInput, {"narrow"}, [&] { evaluate_motion(folder / "narrow", folder / "a", score); });
   folder.file("lie.mp4", "no video");
+  expect_error(Failure::kUsage, {"--fps", "videos"},
+               [&] { evaluate_motion(folder / "lie.mp4", folder / "lie.mp4", score); });
   expect_error(Failure::kInput, {"lie.mp4"}, [&] { evaluate_motion(folder / "lie.mp4", folder / "a", score); });
   folder.file("t.h5", "no trajectory");
   expect_error(Failure::kInput, {"trajectory"}, [&] { evaluate_motion(folder / "t.h5", folder / "a", score); });

@@ -6,6 +6,7 @@
 #include "app/evaluate/evaluate.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/video.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -73,11 +74,56 @@ TEST_F(Slices, ThePictureShowsTheChosenLinesOverTime) {
   }
 }
 
+TEST_F(Slices, ClipsBeginAtTheInstantOfTheReferencesFirstFrame) {
+  // From 0.34 s on the reference begins at 0.3 s; the clip's nearest frames are at 0.32 and 0.36 s.
+  const auto ramp = [&](const std::string& name, int fps) {
+    VideoWriter writer(folder / name, fps, kWidth, kHeight);
+    for (int f = 0; f < fps; ++f)
+      writer.write(ImageF(kWidth, kHeight, 3, 0.1f + 0.8f * static_cast<float>(f) / static_cast<float>(fps)));
+    writer.close();
+    return folder / name;
+  };
+  SliceScore score;
+  score.from = 0.34;
+  const json out = evaluate_slices(ramp("10.mp4", 10), {ramp("25.mp4", 25)}, score, folder / "slices.png");
+  EXPECT_LT(out["row_rmse"].get<double>(), 0.01);  // 0.02 s are 0.016
+}
+
+TEST_F(Slices, LargeFramesAreComparedAtASmallerSizeWhichIsSaid) {
+  for (int f = 0; f < 3; ++f)
+    write_image(folder / "large" / (std::to_string(f) + ".png"), ImageF(1600, 400, 3, 0.1f * static_cast<float>(f)));
+  reference = folder / "large";
+  const json out = evaluate({reference});
+  EXPECT_EQ(out["width"], 1280);
+  EXPECT_EQ(out["height"], 320);
+  ASSERT_EQ(out["warnings"].size(), 1u);
+  EXPECT_NE(out["warnings"][0].get<std::string>().find("1600 x 400"), std::string::npos);
+  EXPECT_EQ(out["row_rmse"], 0);
+}
+
+TEST_F(Slices, WhatTheReaderDoubtsIsSaid) {
+  const fs::path gap = swing("gap", 12, 2);
+  fs::remove(gap / "1007.png");
+  const json out = evaluate({gap});
+  ASSERT_FALSE(out["warnings"].empty());
+  EXPECT_NE(out["warnings"].dump().find("blend"), std::string::npos) << out["warnings"];
+  EXPECT_TRUE(evaluate({reference})["warnings"].empty());
+}
+
 TEST_F(Slices, LinesOutsideAndFilesThatAreNoClipsAreRefused) {
   SliceScore score;
   score.row = kHeight;
   expect_error(Failure::kUsage, {"--row", "48"}, [&] { evaluate({reference}, score); });
   EXPECT_THROW(evaluate({folder / "nothing.mp4"}), Error);
+  VideoWriter writer(folder / "film.mp4", 30, kWidth, kHeight);
+  for (int f = 0; f < 8; ++f) writer.write(bar_at(20 + f));
+  writer.close();
+  reference = folder / "film.mp4";
+  expect_error(Failure::kUsage, {"--fps", "videos"}, [&] { evaluate({reference}); });
+  score = {};
+  score.from = 5;
+  expect_error(Failure::kInput, {"film.mp4", "--from, --until"},
+               [&] { evaluate_slices(reference, {reference}, score, folder / "slices.png"); });
   EXPECT_THROW(evaluate({folder.file("words.mp4", "no video")}), Error);
 }
 

@@ -98,6 +98,30 @@ TEST(EvaluateImages, SsimOfANegativeIsNegativeAndLossOfContrastLowersIt) {
   EXPECT_GT(ssim_of_half, 0.5);
 }
 
+TEST(EvaluateImages, WhatTransparencyHidesDoesNotCount) {
+  const TemporaryFolder folder;
+  const ImageF visible = noise(40, 30, 3);
+  const auto write = [&](const std::string& name, float hidden) {
+    ImageF picture(40, 30, 4, hidden);
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 40; ++x) {
+        picture(x, y, 3) = x < 20 ? 1 : 0;
+        for (int c = 0; c < 3 && x < 20; ++c) picture(x, y, c) = visible(x, y, c);
+      }
+    write_image(folder / name, picture);
+  };
+  write("a.png", 0);
+  write("b.png", 1);
+  const json out = evaluate_images(folder / "a.png", folder / "b.png");
+  EXPECT_TRUE(out["identical"].get<bool>());
+  EXPECT_EQ(out["protocol"]["transparency"], "over black");
+  // Half transparent is half as bright.
+  write_image(folder / "half.png", ImageF(20, 20, 4, 128 / 255.0f));
+  write_image(folder / "black.png", ImageF(20, 20, 3, 0.0f));
+  EXPECT_NEAR(evaluate_images(folder / "half.png", folder / "black.png")["mse"].get<double>(), std::pow(128 / 255.0, 4),
+              1e-6);
+}
+
 TEST(EvaluateImages, MissingExtraSmallAndDifferentlySizedPicturesAreErrors) {
   const TemporaryFolder folder;
   write_image(folder / "truth/a.png", noise(20, 20, 1));
@@ -226,6 +250,24 @@ TEST(EvaluateSegmentation, NamesMatchIdsWhenBothSidesHaveThem) {
                [&] { evaluate_segmentation(folder / "pred", folder / "truth/masks"); });
 }
 
+TEST(EvaluateSegmentation, AFolderAgreesWithItselfWhateverItsNames) {
+  const TemporaryFolder folder;
+  write_ids(folder / "truth/v.png", square(10, 5, 9));
+  write_ids(folder / "pred/v.png", square(10, 5, 9));
+  for (const char* names : {R"({"5": "chair", "9": "chair"})", R"({"5": "chair"})", R"({"1": "wall", "5": "chair"})"}) {
+    for (const char* side : {"truth", "pred"}) folder.file(std::string(side) + "/labels.json", names);
+    const json out = evaluate_segmentation(folder / "pred", folder / "truth");
+    EXPECT_EQ(out["miou"], 1.0) << names;
+    EXPECT_EQ(out["matched_by"], "name") << names;
+  }
+  // A name that tells no single id moves none, and an id that has another name stands for nothing.
+  folder.file("truth/labels.json", R"({"5": "chair", "9": "table"})");
+  folder.file("pred/labels.json", R"({"5": "table", "9": "table", "1": "chair"})");
+  const json out = evaluate_segmentation(folder / "pred", folder / "truth");
+  EXPECT_EQ(out["per_id"]["9"]["iou"], 1.0);
+  EXPECT_EQ(out["per_id"]["5"]["iou"], 0.0);
+}
+
 TEST(EvaluateSegmentation, LabelsOfGaussiansAreComparedById) {
   const TemporaryFolder folder;
   write_labels(folder / "truth.h5", {{1, 1, 1, 1, 2, 2, 0, 0}, {{1, "a"}, {2, "b"}}}, "{}");
@@ -279,20 +321,29 @@ TEST(Frequency, OfADecayingOscillationIsFoundByBothMethods) {
   EXPECT_EQ(zero_crossing_frequency(std::vector<double>(50, 1.0), 30), 0);
 }
 
-/// A rod of unit height along z that sways along x, `amplitude` at the tip.
-TrajectoryFile swaying(int particles, int frames, double fps, double hertz, double amplitude) {
+TEST(Frequency, BelowOnePeriodTheScanEndsWithoutLeavingIt) {
+  std::vector<double> values;
+  for (int i = 0; i < 48; ++i) values.push_back(std::cos(2 * M_PI * 0.3 * i / 24.0));
+  // The transform falls over the whole scan, which begins at 1 / 2 s.
+  EXPECT_GE(dominant_frequency(values, 24), 0.5);
+}
+
+/// A rod of unit height along z that sways along x, `amplitude` at the tip; what hangs sways at its lower end.
+TrajectoryFile swaying(int particles, int frames, double fps, double hertz, double amplitude, bool hangs = false) {
   TrajectoryFile t;
   t.fps = fps;
   t.up = {0, 0, 1};
   for (int f = 0; f < frames; ++f) {
     TrajectoryFile::Frame frame;
     frame.time = f / fps;
+    const double decay = 0.3, phase = 2 * M_PI * hertz * frame.time,
+                 envelope = amplitude * std::exp(-decay * frame.time), sway = envelope * std::sin(phase),
+                 speed = envelope * (2 * M_PI * hertz * std::cos(phase) - decay * std::sin(phase));
     for (int p = 0; p < particles; ++p) {
-      const double z = p / (particles - 1.0),
-                   sway = amplitude * std::exp(-0.3 * frame.time) * std::sin(2 * M_PI * hertz * frame.time);
-      frame.position.push_back(Vec3d(sway * z, 0, z).cast<float>());
+      const double z = p / (particles - 1.0), reach = hangs ? 1 - z : z;
+      frame.position.push_back(Vec3d(sway * reach, 0, z).cast<float>());
+      frame.velocity.push_back(Vec3d(speed * reach, 0, 0).cast<float>());
     }
-    frame.velocity.assign(particles, Vec3f::Zero());
     frame.F.assign(particles, Mat3f::Identity());
     t.frames.push_back(frame);
   }
@@ -322,6 +373,49 @@ TEST(EvaluateTrajectory, OtherParticlesRatesAndAmplitudesGiveTheKnownError) {
   EXPECT_NEAR(out["tip_error_mean"].get<double>() / 0.95, out["position_error_mean"].get<double>() * 2, 2e-3);
   write_trajectory(folder / "slow.h5", swaying(401, 72, 24, 1.2, 0.2), "{}");
   EXPECT_NEAR(evaluate_trajectory(folder / "slow.h5", folder / "truth.h5")["frequency_error"].get<double>(), 0.2, 0.03);
+}
+
+TEST(EvaluateTrajectory, AFrequencyOfOnePeriodInTheRecordIsFound) {
+  const TemporaryFolder folder;
+  // 0.8 and 1.2 periods remain after the peak.
+  write_trajectory(folder / "truth.h5", swaying(51, 48, 24, 0.5, 0.2), "{}");
+  write_trajectory(folder / "fast.h5", swaying(51, 48, 24, 0.7, 0.2), "{}");
+  const json out = evaluate_trajectory(folder / "fast.h5", folder / "truth.h5");
+  EXPECT_NEAR(out["tip_in_truth"]["dominant_frequency"].get<double>(), 0.5, 0.005);
+  EXPECT_NEAR(out["frequency_error"].get<double>(), 0.4, 0.01);
+  // A still prediction has no frequency, and all of the error.
+  write_trajectory(folder / "still.h5", swaying(51, 48, 24, 0.5, 0), "{}");
+  const json still = evaluate_trajectory(folder / "still.h5", folder / "truth.h5");
+  EXPECT_TRUE(still["tip"]["dominant_frequency"].is_null());
+  EXPECT_EQ(still["frequency_error"], 1);
+  EXPECT_TRUE(evaluate_trajectory(folder / "truth.h5", folder / "still.h5")["frequency_error"].is_null());
+}
+
+TEST(EvaluateTrajectory, TheTipOfWhatHangsIsItsLowerEnd) {
+  const TemporaryFolder folder;
+  write_trajectory(folder / "hangs.h5", swaying(101, 90, 30, 1.5, 0.2, true), "{}");
+  write_trajectory(folder / "stands.h5", swaying(101, 90, 30, 1.5, 0.2), "{}");
+  const json hangs = evaluate_trajectory(folder / "hangs.h5", folder / "hangs.h5"),
+             stands = evaluate_trajectory(folder / "stands.h5", folder / "stands.h5");
+  EXPECT_NEAR(hangs["tip"]["peak"].get<double>(), stands["tip"]["peak"].get<double>(), 1e-6);
+  EXPECT_EQ(hangs["frequency_error"], 0);
+}
+
+TEST(EvaluateTrajectory, AFrameRateThatIsNoMultipleMakesNoErrorOfItsOwn) {
+  const TemporaryFolder folder;
+  for (const double metres : {1.0, 0.25}) {
+    TrajectoryFile truth = swaying(51, 48, 24, 2, 0.2), slow = swaying(51, 21, 10, 2, 0.2);
+    for (TrajectoryFile* t : {&truth, &slow}) {
+      t->metres_per_unit = metres;
+      for (auto& frame : t->frames)
+        for (Vec3f& x : frame.position) x /= static_cast<float>(metres);
+    }
+    write_trajectory(folder / "truth.h5", truth, "{}");
+    write_trajectory(folder / "slow.h5", slow, "{}");
+    const json out = evaluate_trajectory(folder / "slow.h5", folder / "truth.h5");
+    EXPECT_LT(out["relative_error"].get<double>(), 0.02) << metres;  // linear between frames: 0.15
+    EXPECT_NEAR(out["height"].get<double>(), 1 / metres, 1e-6);
+  }
 }
 
 TEST(EvaluateTrajectory, NeedsFramesAndOverlap) {

@@ -65,6 +65,17 @@ TEST(LastLoad, ATrajectoryIsFreeFromTheEndOfItsLoadsOn) {
   expect_error(Failure::kUsage, {"interactions.json", "shove"}, [&] { evaluate_motion(rod, rod); });
 }
 
+TEST(LastLoad, TheFrequencyOfTheTipIsThatAfterTheLoads) {
+  const TemporaryFolder folder;
+  const auto rod = write_pushed_rod(folder / "beside/trajectory.h5");
+  EXPECT_EQ(evaluate_trajectory(rod, rod)["free_from_by"], "largest motion");
+  folder.file("beside/interactions.json", kPush);
+  const json out = evaluate_trajectory(rod, rod);
+  EXPECT_EQ(out["free_from_by"], "interactions.json");
+  EXPECT_NEAR(out["free_from_s"].get<double>(), 0.6, 1e-6);
+  EXPECT_NEAR(out["tip"]["dominant_frequency"].get<double>(), 1.3, 0.002);
+}
+
 TEST(LastLoad, TheLoadsOfARunAreThoseOfTheTrajectoryThatWasSimulatedLast) {
   const TemporaryFolder folder;
   folder.file("run/interactions.json", kPush);

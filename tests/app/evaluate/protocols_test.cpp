@@ -37,6 +37,18 @@ TEST(BinaryMasks, LumaAbove128IsTheObject) {
   EXPECT_EQ(read_mask(folder / "m.png").data, (std::vector<uint8_t>{0, 1, 1, 0}));
 }
 
+TEST(BinaryMasks, ValuesOfZeroAndOneAreRefusedInsteadOfTakenAsEmpty) {
+  const TemporaryFolder folder;
+  IdImage ids(8, 8, 1);
+  write_ids(folder / "empty.png", ids);
+  EXPECT_EQ(read_mask(folder / "empty.png").data, std::vector<uint8_t>(64, 0));
+  ids(3, 4) = 1;
+  write_ids(folder / "ids.png", ids);
+  expect_error(Failure::kInput, {"ids.png", "0 and 1", "255"}, [&] { read_mask(folder / "ids.png"); });
+  write_grey_16(folder / "deep.png", ImageF(8, 8, 1, 1 / 65535.0f));
+  expect_error(Failure::kInput, {"deep.png", "0 and 1"}, [&] { read_mask(folder / "deep.png"); });
+}
+
 TEST(BinaryMasks, TheContourOfAMaskIncludesThePicturesBorder) {
   // A mask that fills the picture: its band is a frame of 2 px, of itself and of an empty one.
   const ImageU8 full(20, 10, 1, 1), empty(20, 10, 1);
@@ -94,6 +106,9 @@ TEST(EvaluateLerfMask, FoldersWithoutMasksAreRefused) {
                [&] { evaluate_lerf_mask(folder / "none", folder / "truth"); });
   expect_error(Failure::kInput, {"empty", "VIEW/PROMPT.png"},
                [&] { evaluate_lerf_mask(folder / "truth", folder / "empty"); });
+  write_box(folder / "other/1/cup.png", 10, 20);
+  expect_error(Failure::kInput, {"other", "0/cup", "missing"},
+               [&] { evaluate_lerf_mask(folder / "other", folder / "truth"); });
 }
 
 TEST(EvaluateNvos, MasksHaveOneOfThreeNamesAndMissingScenesScoreNothing) {
@@ -112,6 +127,10 @@ TEST(EvaluateNvos, MasksHaveOneOfThreeNamesAndMissingScenesScoreNothing) {
   EXPECT_EQ(found["per_scene"]["horns_left"]["iou"], 1);
   EXPECT_NEAR(found["miou"].get<double>(), 0.75, 1e-12);
   EXPECT_EQ(found["per_scene"]["fern"]["reference_image"], "IMG_4038");
+  expect_error(Failure::kInput, {"none", "is not a folder"}, [&] { evaluate_nvos(folder / "none", folder / "nvos"); });
+  fs::create_directories(folder / "empty");
+  expect_error(Failure::kInput, {"empty", "no mask", "SCENE.png"},
+               [&] { evaluate_nvos(folder / "empty", folder / "nvos"); });
   expect_error(Failure::kInput, {"other", "IMG_4027_mask.png"},
                [&] { evaluate_nvos(folder / "ours", folder / "other"); });
 }

@@ -31,6 +31,22 @@ TEST(BootstrapMean, OfEqualValuesTheIntervalIsAPoint) {
   EXPECT_EQ(found.interval.high, 2.5);
 }
 
+TEST(BootstrapMean, OfTooFewClustersItIsStudentsInterval) {
+  EXPECT_TRUE(too_few_clusters(5, 0.95));
+  EXPECT_FALSE(too_few_clusters(6, 0.95));
+  const std::vector<double> values = {1, 2, 4, 5};
+  const double half = 3.18245 * std::sqrt(10.0 / 3 / 4);
+  const MeanEstimate found = bootstrap_mean({}, values);
+  EXPECT_NEAR(found.interval.low, 3 - half, 1e-4);
+  EXPECT_NEAR(found.interval.high, 3 + half, 1e-4);
+  // Each cluster twice is the same four.
+  const std::vector<double> twice = {1, 1, 2, 2, 4, 4, 5, 5};
+  const std::vector<int> cluster = {0, 0, 1, 1, 2, 2, 3, 3};
+  EXPECT_NEAR(bootstrap_mean({}, twice, cluster).interval.low, found.interval.low, 1e-12);
+  const MeanEstimate equal = bootstrap_mean({}, std::vector<double>(4, 0.3));
+  EXPECT_TRUE(std::isnan(equal.interval.low) && std::isnan(equal.interval.high)) << "no spread is known";
+}
+
 TEST(BootstrapMean, OneClusterSaysNothingAboutTheSpread) {
   const std::vector<double> values = {1, 2, 3};
   const std::vector<int> cluster = {7, 7, 7};
@@ -40,7 +56,7 @@ TEST(BootstrapMean, OneClusterSaysNothingAboutTheSpread) {
 }
 
 TEST(BootstrapMean, EqualSeedsGiveEqualIntervals) {
-  const std::vector<double> values = {1, 5, 2, 8, 4};
+  const std::vector<double> values = {1, 5, 2, 8, 4, 3};
   BootstrapOptions other;
   other.seed = 2;
   EXPECT_EQ(bootstrap_mean({}, values).interval.low, bootstrap_mean({}, values).interval.low);

@@ -138,6 +138,18 @@ TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem
   EXPECT_TRUE(any_of_them(third, "segment scenes/rose/1 --out runs/rose/1/segmentation-vote"));
 }
 
+TEST_F(Suite, AnotherVersionDoesAllAgain) {
+  settings["methods"] = {{"repair", {{"ours", json::object()}, {"opencv", json::object()}}}};
+  run();
+  calls();
+  run();
+  EXPECT_FALSE(any_of_them(calls(), "demo"));
+  settings["version"] = "10.0";
+  run();
+  const std::vector<std::string> again = calls();
+  for (const char* begin : {"demo", "segment", "evaluate repair"}) EXPECT_TRUE(any_of_them(again, begin)) << begin;
+}
+
 TEST_F(Suite, ScoresOfEarlierSettingsDoNotCount) {
   settings["methods"] = {{"segmentation", {{"ours", {{"segment", json::array()}}}}}};
   // Of a second seed, and of a method that failed.
@@ -176,6 +188,7 @@ TEST(SuiteSettings, OnesOwnAreReadWholeAndContradictedByNothing) {
   stage.settings = folder.file("suite.json", usual.dump());
   EXPECT_EQ(suite_settings(stage, "other", {"cord"})["scenes"], usual["scenes"]);
   EXPECT_EQ(suite_settings(stage, "other", {"cord"})["pliant"], "other");
+  EXPECT_EQ(suite_settings(stage, "other", {"cord"})["version"], PLIANT_VERSION);
   stage.quick = true;
   expect_error(Failure::kUsage, {"--quick", "--settings"}, [&] { suite_settings(stage, "pliant", {"rose"}); });
   stage.quick = false;

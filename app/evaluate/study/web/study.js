@@ -32,8 +32,9 @@
     const random = randomOf(study.seed, participant);
     const pairs = shuffled(study.pairs, random).map((pair) => {
       const swapped = random() < 0.5;
-      const shown = swapped ? [pair.second, pair.first] : [pair.first, pair.second];
-      return {...pair, kind: pair.check ? 'check' : 'choice', shown};
+      const sides = (first, second) => (swapped ? [second, first] : [first, second]);
+      const shown = sides(pair.first, pair.second), methods = sides(...pair.methods);
+      return {...pair, kind: pair.check ? 'check' : 'choice', shown, methods};
     });
     const singles = shuffled(study.singles, random).map((single) => ({...single, kind: 'rating', shown: [single.clip]}));
     return pairs.concat(singles);
@@ -171,9 +172,8 @@
       if (trial.kind === 'rating') {
         answers.answers.push({kind: 'rating', scene: trial.scene, method: trial.method, rating: question.name, value, seconds});
       } else {
-        const methods = trial.shown.map((clip) => (clip === trial.first ? trial.methods[0] : trial.methods[1]));
-        answers.answers.push({kind: trial.kind, scene: trial.scene, shown: methods, question: question.name,
-          chosen: methods[value], seconds});
+        answers.answers.push({kind: trial.kind, scene: trial.scene, shown: trial.methods, question: question.name,
+          chosen: trial.methods[value], seconds});
       }
     }
     ++at;

@@ -9,6 +9,7 @@
 #include "app/evaluate/study/study_page.h"
 #include "app/evaluate/study/study_statistics.h"
 #include "app/evaluate/study/study_tables.h"
+#include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/video.h"
 #include "tests/app/page/browser.h"
@@ -186,6 +187,37 @@ TEST_F(Study, InABrowserAParticipantAnswersEverythingAndSavesIt) {
   EXPECT_EQ(read[0].choices.size(), 3u * 2);
   EXPECT_EQ(read[0].scores.size(), 5u);
   EXPECT_EQ(read[0].checks, 2);
+}
+
+TEST_F(Study, InABrowserMethodsWithTheSameFileAreToldApart) {
+  if (!browser_missing().empty()) GTEST_SKIP() << browser_missing();
+  list_["scenes"] = {{{"name", "carnation"}, {"clips", {{"ours", "ours.mp4"}, {"A", "ours.mp4"}}}}};
+  list_["checks"] = json::array();
+  write_text(folder_ / "study.html", study_page(read_study(write_list())));
+  const json answer = evaluate_in_page(
+      R"(Array.from({length: 20}, (unused, n) => pliantStudy.trialsOf(n).find((t) => t.kind === 'choice').methods.join()))",
+      (folder_ / "study.html").string(), folder_.path());
+  ASSERT_TRUE(answer.contains("value")) << answer.dump();
+  const auto orders = answer["value"].get<std::set<std::string>>();
+  EXPECT_EQ(orders, (std::set<std::string>{"ours,A", "A,ours"}));
+}
+
+TEST_F(Study, FewParticipantsHaveWideIntervalsWithinTheirRange) {
+  const StudyList study = read_study(write_list());
+  std::vector<fs::path> files;
+  for (int i = 1; i <= 4; ++i)
+    files.push_back(save(answers_of(study, i, false, [&](const std::string& scene, const std::string& method) {
+      return method == "A" || (scene == "carnation" && i <= 2);
+    })));
+  const json found = study_statistics(study, read_answers(study, files), {});
+  for (const json& row : found["choices"]) {
+    if (row["baseline"] == "A") {
+      EXPECT_TRUE(row["low"].is_null() && row["high"].is_null()) << "four equal answers tell no spread";
+    } else {
+      EXPECT_EQ(row["low"], 0);
+      EXPECT_EQ(row["high"], 1);
+    }
+  }
 }
 
 TEST_F(Study, KnownAnswersGiveKnownStatistics) {
