@@ -5,6 +5,7 @@
 #include "app/reconstruct/photo_set.h"
 #include "app/reconstruct/trained_scene.h"
 #include "app/segment/label_choice.h"
+#include "app/segment/object_source.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/splats.h"
@@ -97,6 +98,10 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
   if (untrained && options.orbit_views)
     throw usage_error("--orbit-views", std::to_string(*options.orbit_views), "does nothing: the scene has cameras",
                       "leave it out");
+  if (segment.joint) {
+    Scene planned;  // what excludes --joint is said before the training
+    check_object_options(source_of(planned, segment), segment);
+  }
   if (untrained || segment.joint) {
     refuse_own_source(run / "scene", find_photo_set(source, stage.photos), stage);
     RunDirectory reconstruction = RunDirectory::create(run / "scene");

@@ -7,6 +7,7 @@
 #include "app/run/attach_scene.h"
 #include "app/run/physdreamer_scene.h"
 #include "app/simulate/clip_camera.h"
+#include "app/store/lenses.h"
 #include "fitting/observe/find_camera.h"
 #include "fitting/observe/frame_source.h"
 #include "fitting/observe/generate_video.h"
@@ -136,6 +137,19 @@ Camera find_in_scene(const Context& context, const RunDirectory& run, const Scen
   return camera;
 }
 
+/// Where the lenses of the scene's cameras are, if a training has removed them from the photos.
+fs::path lens_file(const Scene& scene) {
+  const fs::path& cameras = scene.settings.cameras;
+  return cameras.empty() ? fs::path() : cameras.parent_path() / kLensFile;
+}
+
+ReferenceVideo tell_lens(const Context& context, ReferenceVideo video) {
+  if (video.lens)
+    context.progress.say(
+        fmt::format("fit: the lens of camera '{}' is removed from the video, as from its photo", video.camera.name));
+  return video;
+}
+
 ReferenceVideo generate(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage) {
   const Scene& scene = in.scene;
   const Camera camera = unfilmed_camera(in.files.at("object"), scene, stage);
@@ -178,11 +192,14 @@ ReferenceVideo load_video(const Context& context, const RunDirectory& run, const
     camera = camera_of_pose_file(stage);
   else if (!name.empty())
     camera = camera_named(scene.cameras, name, "the scene");
+  const auto lenses = in.files.find("lenses");
+  if (lenses != in.files.end() && stage.pose.empty() && camera.width > 0)
+    options.lens = read_lens(lenses->second, camera);
   if (camera.width > 0 && named.physdreamer) {
     const ImageF first = first_picture(file, options.declared_fps);
     camera = physdreamer_camera(camera, first.width, first.height);
   }
-  if (camera.width > 0 && !stage.refine_camera) return load_reference_video(options, file, camera);
+  if (camera.width > 0 && !stage.refine_camera) return tell_lens(context, load_reference_video(options, file, camera));
 
   // The first frame in its own size says where its camera is.
   Camera any = camera;
@@ -200,7 +217,7 @@ ReferenceVideo load_video(const Context& context, const RunDirectory& run, const
     tell(context, run, refined);
     video.camera = refined.camera;
   }
-  return video;
+  return tell_lens(context, std::move(video));
 }
 
 }  // namespace
@@ -251,6 +268,8 @@ bool has_video(const Scene& scene, const FitStage& stage) {
 InputFiles video_files(const Scene& scene, const FitStage& stage) {
   InputFiles files;
   if (stage.generate.command.empty()) files["video"] = named_video(scene, stage).file;
+  std::error_code ignored;
+  if (fs::is_regular_file(lens_file(scene), ignored)) files["lenses"] = lens_file(scene);
   if (has_mask(stage)) files["video_mask"] = stage.video_mask();
   for (size_t i = 0; i < stage.further_videos(); ++i) {
     const FitStage one = further_video(stage, i);

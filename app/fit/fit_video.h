@@ -41,7 +41,8 @@ Camera unfilmed_camera(const std::filesystem::path& object, const Scene& scene, 
 /// Whether there is a video, or a program that makes one.
 bool has_video(const Scene& scene, const FitStage& stage);
 
-/// The videos and their masks: role -> file or folder.  None for a video that a program makes.
+/// The videos, their masks and the lenses of their cameras: role -> file or folder.  None for a video that a program
+/// makes.
 InputFiles video_files(const Scene& scene, const FitStage& stage);
 
 /// What is known of each video besides what is in the file: camera, frames a second, whether those hold against the

@@ -10,6 +10,7 @@
 #include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
+#include "gaussians/reconstruct/undistort.h"
 #include "gaussians/render/render.h"
 #include "gaussians/vision/resize.h"
 
@@ -26,7 +27,9 @@ struct Masks {
   std::vector<std::string> warnings;
 };
 
-ImageF single_mask(const fs::path& file, const Camera& camera) {
+/// A mask of all frames, drawn over one of the video's file.
+ImageF single_mask(const fs::path& file, const ReferenceVideo& video) {
+  const Camera& camera = video.lens ? *video.lens : video.camera;
   const ImageF mask = read_image(file);
   const double of_mask = static_cast<double>(mask.width) / mask.height,
                of_video = static_cast<double>(camera.width) / camera.height;
@@ -35,7 +38,8 @@ ImageF single_mask(const fs::path& file, const Camera& camera) {
         file.string(), "size",
         fmt::format("is {} x {}, but the video is {} x {}", mask.width, mask.height, camera.width, camera.height),
         "give a mask with the video's aspect ratio");
-  return resized(mask, camera.width, camera.height);
+  const ImageF scaled = resized(mask, camera.width, camera.height);
+  return video.lens ? undistorted(undistortion_onto(video.camera, camera), scaled) : scaled;
 }
 
 Error other_number(const fs::path& file, size_t masks, size_t frames) {
@@ -103,12 +107,13 @@ Masks masks_of_video(const FitStage& stage, const ReferenceVideo& video, VideoOp
 
 Masks load_masks(const FitStage& stage, const ReferenceVideo& video) {
   const fs::path file = stage.video_mask();
-  if (is_image_file(file)) return {{single_mask(file, video.camera)}, {}};
+  if (is_image_file(file)) return {{single_mask(file, video)}, {}};
   VideoOptions options;
   options.first = video.start;
   options.exact_start = true;
   options.last = stage.last;
   options.fps = video.fps;
+  options.lens = video.lens;
   options.resampling = Resampling::kNearest;
   std::error_code ignored;
   return fs::is_directory(file, ignored) ? masks_of_folder(stage, video, options)

@@ -114,8 +114,10 @@ SparsePoints checked_points(const Context& context, const ReconstructStage& stag
   const PoseReport report = check_poses({.refuse = stage.poses == "auto"}, cameras, photos, points);
   context.progress.say("reconstruct: " + report.sentence);
   for (const std::string& warning : report.warnings) context.progress.warn(warning);
+  for (const std::string& warning : points.warnings) context.progress.warn(warning);
   start["poses"] = report.sentence;
   start["warnings"] = report.warnings;
+  for (const std::string& warning : points.warnings) start["warnings"].push_back(warning);
   return points;
 }
 
@@ -168,6 +170,7 @@ json results_json(const json& options, const TrainOptions& train, const Training
 json train_scene(const Context& context, RunDirectory& run, const StageInputs<ReconstructStage>& in,
                  const PhotoSet& set, const CameraFile& cameras, std::chrono::steady_clock::time_point begin,
                  const std::string& provenance) {
+  check_own_scene(run);
   ReconstructStage stage = in.options;
   std::optional<TrainingCheckpoint> earlier = unfinished(context, run, provenance);
 
@@ -215,7 +218,7 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
 
   const TrainingState& state = trainer->state();
   const std::vector<std::string> lost =
-      write_trained_scene(run.path(), {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
+      write_trained_scene(run, {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
   for (const std::string& sentence : lost) {
     context.progress.warn(sentence);
     warnings.push_back(sentence);
@@ -228,6 +231,7 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   json results = results_json(key_of(in).options, options, photos, state, start, warnings);
   results["source"] = fs::weakly_canonical(set.source).string();
   write_json(run / "results.json", results);
+  fs::remove(run / kCheckpoint);
   context.progress.say(
       fmt::format("reconstruct: {} Gaussians after {} iterations{}", state.cloud.size(), state.iteration,
                   held_out == 0 ? ""
@@ -266,6 +270,7 @@ StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& c
 
 json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& source, const ReconstructStage& stage) {
   const auto begin = std::chrono::steady_clock::now();
+  refuse_other_run(run);
   const PhotoSet set = find_photo_set(source, stage.photos);
   CameraFile cameras = read_photo_cameras(set);
   if (const auto convention = pose_convention_named(stage.poses))
@@ -274,8 +279,7 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
   const json summary = run.stage(context, key_of(in), [&](const std::string& provenance) {
     return train_scene(context, run, in, set, cameras, begin, provenance);
   });
-  update_scene_file(run.path(), set);
-  fs::remove(run / kCheckpoint);
+  update_scene_file(run, set);
   return summary;
 }
 

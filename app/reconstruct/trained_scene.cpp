@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "app/reconstruct/training_masks.h"
+#include "app/store/lenses.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/cameras/cameras_json.h"
 #include "gaussians/io/cameras/transforms.h"
@@ -20,6 +22,9 @@ using nlohmann::json;
 namespace {
 
 constexpr const char* kMaskNames = "mask_names.json";
+constexpr const char* kParts[] = {"photos", "masks", kMaskNames};  // that a training writes only where it needs them
+/// In run.json: {written: scene.json as the training and the source have it, parts: {part: hash as it was written}}.
+constexpr const char* kSceneNote = "scene_file";
 
 /// Masks that belong to the photos as they were trained on.  Names that no file of labels tells go to kMaskNames in
 /// `folder`.
@@ -44,11 +49,87 @@ std::string path_from(const fs::path& folder, const fs::path& file) {
   return fs::relative(file, folder).generic_string();
 }
 
+/// scene.json of an earlier training, as the user may have changed it.
+json read_own_scene(const fs::path& file) {
+  json scene = read_json(file);
+  const JsonObject checked(scene, file.string());  // it is an object
+  return scene;
+}
+
+/// Whether the training itself made a part of the folder, by what it says in scene.json.
+bool is_made(const json& made, const std::string& part) {
+  const char* key = part == kMaskNames ? "labels" : part == "masks" ? "masks" : "photos";
+  return made.value(key, "") == part;
+}
+
+/// Removes what the last training wrote.  What someone else put in its place, or has changed since, is moved aside.
+std::vector<std::string> make_room(RunDirectory& run, const TrainedScene& scene) {
+  const json note = run.note(kSceneNote);
+  const json hashes = note.is_object() ? note["parts"] : json::object();
+  const bool masks = scene.photos.changed && !scene.set.settings.masks.empty();
+  const std::map<std::string, bool> needed = {{"photos", scene.photos.changed}, {"masks", masks}, {kMaskNames, masks}};
+  std::vector<std::string> said;
+  for (const char* part : kParts) {
+    if (!fs::exists(run / part)) continue;
+    if (hashes.contains(part) && hash_of_input(run / part) == hashes[part])
+      fs::remove_all(run / part);
+    else if (hashes.contains(part) || needed.at(part))
+      said.push_back(fmt::format("{} was not made by the last training, or changed since: it is kept as {}",
+                                 (run / part).string(), run.move_aside({part}).at(part)));
+  }
+  return said;
+}
+
+/// scene.json from what the source says, what the training made, and what the user has made of it since it was last
+/// written.  A new training decides what shows it.
+void merge_scene_file(RunDirectory& run, const PhotoSet& set, const json& made, const json& hashes, bool trained) {
+  const fs::path folder = run.path(), file = folder / "scene.json";
+  json now = set.scene.is_object() ? set.scene : json::object();
+  for (const char* key : {"splats", "cameras", "photos", "masks"}) now.erase(key);
+  if (!set.settings.labels.empty()) now["labels"] = path_from(folder, set.settings.labels);
+  if (set.settings.video) now["video"]["file"] = path_from(folder, set.settings.video->file);
+  now.update(made);
+
+  const json note = run.note(kSceneNote);
+  json written = note.is_object() ? note["written"] : json::object();
+  if (trained)
+    for (const char* key : {"splats", "cameras", "photos"}) written.erase(key);
+  json merged = now;
+  if (fs::exists(file)) {
+    const json before = merged = read_own_scene(file);
+    for (const json* said : {&now, &written}) {
+      for (const auto& [key, value] : said->items()) {
+        if (now.contains(key) == written.contains(key) && (!now.contains(key) || now[key] == written[key])) continue;
+        if (now.contains(key))
+          merged[key] = now[key];
+        else
+          merged.erase(key);
+      }
+    }
+    if (merged == before && now == written) return;
+  }
+  write_json(file, merged);
+  run.set_note(kSceneNote, {{"written", now}, {"parts", hashes}});
+}
+
 }  // namespace
 
+void refuse_other_run(const RunDirectory& run) {
+  std::string of = run.scene().is_null() ? "" : "another command";
+  for (const auto& [stage, record] : run.manifest()["stages"].items())
+    if (stage != "reconstruct") of = "`" + stage + "`";
+  if (!of.empty())
+    throw usage_error("--out", run.path().string(), "holds the results of " + of,
+                      "give another folder; a run directory has its trained scene in scene/");
+}
+
+void check_own_scene(const RunDirectory& run) {
+  if (fs::exists(run / "scene.json")) read_own_scene(run / "scene.json");
+}
+
 void refuse_own_source(const fs::path& folder, const PhotoSet& set, const ReconstructStage& stage) {
-  static const std::set<std::string> made = {".",        "point_cloud",     "photos",       "masks",
-                                             kMaskNames, "transforms.json", "cameras.json", "scene.json"};
+  static const std::set<std::string> made = {
+      ".", "point_cloud", "photos", "masks", kMaskNames, "transforms.json", "cameras.json", "scene.json", kLensFile};
   const std::pair<const char*, fs::path> sources[] = {{"cameras", set.cameras},
                                                       {"photos", set.photos},
                                                       {"masks", set.settings.masks},
@@ -63,52 +144,58 @@ void refuse_own_source(const fs::path& folder, const PhotoSet& set, const Recons
   }
 }
 
-std::vector<std::string> write_trained_scene(const fs::path& folder, const TrainedScene& scene) {
-  std::vector<std::string> lost;
+std::vector<std::string> write_trained_scene(RunDirectory& run, const TrainedScene& scene) {
+  const fs::path& folder = run.path();
   const SceneFile& settings = scene.set.settings;
-  fs::remove(folder / "scene.json");
-  for (const char* part : {"point_cloud", "photos", "masks", kMaskNames}) fs::remove_all(folder / part);
+  fs::remove_all(folder / "point_cloud");
+  std::vector<std::string> lost = make_room(run, scene);
 
   const std::string splats = fmt::format("point_cloud/iteration_{}/point_cloud.ply", scene.iteration);
   write_ply(folder / splats, scene.cloud, scene.antialiased);
   const std::vector<Camera> cameras = write_training_photos(folder / "photos", scene.photos);
   write_transforms(folder / "transforms.json", cameras);
   write_cameras_json(folder / "cameras.json", cameras);
+  write_lenses(folder / kLensFile, scene.photos);
 
-  json out = {{"splats", splats}, {"cameras", "transforms.json"}};
+  json made = {{"splats", splats}, {"cameras", "transforms.json"}};
   if (scene.photos.changed) {
-    out["photos"] = "photos";
+    made["photos"] = "photos";
   } else if (!scene.set.photos.empty()) {
-    out["photos"] = path_from(folder, scene.set.photos);
+    made["photos"] = path_from(folder, scene.set.photos);
   }
   if (!settings.masks.empty()) {
     if (!scene.photos.changed) {
-      out["masks"] = path_from(folder, settings.masks);
+      made["masks"] = path_from(folder, settings.masks);
     } else {
       try {
-        write_masks(folder, scene, out);
+        write_masks(folder, scene, made);
       } catch (const Error& error) {
         if (error.failure != Failure::kInput) throw;
         lost.push_back(fmt::format("{}; the scene gets no masks", error.what()));
       }
     }
   }
-  write_json(folder / "scene.json", out);
-  update_scene_file(folder, scene.set);
+  json hashes = json::object();
+  for (const char* part : kParts)
+    if (fs::exists(folder / part) && is_made(made, part)) hashes[part] = hash_of_input(folder / part);
+  merge_scene_file(run, scene.set, made, hashes, true);
   return lost;
 }
 
-void update_scene_file(const fs::path& folder, const PhotoSet& set) {
-  const json before = read_json(folder / "scene.json");
-  json now = set.scene.is_object() ? set.scene : json::object();
-  for (const char* made : {"splats", "cameras", "photos", "masks"}) {
-    now.erase(made);
-    if (before.contains(made)) now[made] = before[made];
+void update_scene_file(RunDirectory& run, const PhotoSet& set) {
+  const json note = run.note(kSceneNote);
+  json written, made = json::object();
+  if (note.is_object()) {
+    written = note["written"];
+  } else {
+    // A scene that was trained before there were notes says itself what its training made.
+    written = read_own_scene(run / "scene.json");
+    if (set.settings.masks.empty()) written.erase("masks");
   }
-  if (!set.settings.labels.empty()) now["labels"] = path_from(folder, set.settings.labels);
-  if (before.value("labels", "") == kMaskNames) now["labels"] = kMaskNames;
-  if (set.settings.video) now["video"]["file"] = path_from(folder, set.settings.video->file);
-  if (now != before) write_json(folder / "scene.json", now);
+  if (written.value("labels", "") != kMaskNames) written.erase("labels");
+  for (const char* key : {"splats", "cameras", "photos", "masks", "labels"})
+    if (written.contains(key)) made[key] = written[key];
+  merge_scene_file(run, set, made, note.is_object() ? note["parts"] : json::object(), false);
 }
 
 }  // namespace pliant

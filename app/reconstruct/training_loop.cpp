@@ -14,7 +14,8 @@
 namespace pliant {
 namespace {
 
-constexpr int kMeasurements = 20;          // of the held-out photos, evenly spread over the progress
+constexpr int kMeasurements = 20;          // of held-out photos, evenly spread over the progress
+constexpr double kMeasuringShare = 0.05;   // most of a limited time that they may take
 constexpr double kCheckpointSeconds = 60;  // between two checkpoints, unless iterations are asked for
 
 using Clock = std::chrono::steady_clock;
@@ -82,9 +83,9 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
     longest_side = std::max({longest_side, photo.camera.width, photo.camera.height});
   Average loss(50), duration(30);
   auto last_save = Clock::now();
+  double before = trainer.progress(), measuring = 0;
   context.progress.begin("reconstruct", 1000);
   while (!trainer.finished()) {
-    const double before = trainer.progress();
     auto start = Clock::now();
     const TrainStep step = trainer.step();
     duration.add(seconds_since(start));
@@ -95,9 +96,13 @@ void train_to_end(const Context& context, const ReconstructStage& stage, const T
                             "repeat the command to resume from the last checkpoint, or start over with another --seed");
     }
     start = Clock::now();
-    if (std::floor(step.progress * kMeasurements) > std::floor(before * kMeasurements)) {
+    const bool marked = std::floor(step.progress * kMeasurements) > std::floor(before * kMeasurements);
+    before = step.progress;
+    if (marked &&
+        (stage.train.seconds == 0 || trainer.finished() || measuring <= kMeasuringShare * trainer.state().seconds)) {
       trainer.measure();
       write_preview(preview, shown_photo(photos), trainer.state().cloud, stage.train.render);
+      measuring += seconds_since(start);
     }
     const bool due = stage.checkpoint_every > 0 ? step.iteration % stage.checkpoint_every == 0
                                                 : seconds_since(last_save) > kCheckpointSeconds;

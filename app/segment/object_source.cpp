@@ -40,6 +40,15 @@ ObjectSource source_of(const Scene& scene, const SegmentStage& stage) {
   return gesture ? ObjectSource::kGesture : shape ? ObjectSource::kShape : ObjectSource::kMasks;
 }
 
+void check_object_options(ObjectSource source, const SegmentStage& stage) {
+  if (!learns_from_masks(source) && (stage.iterations || !stage.start_from_vote))
+    throw usage_error(stage.iterations ? "--iterations" : "--no-vote", "",
+                      "does nothing without masks: a selection and --auto say what every Gaussian is", "leave it out");
+  if (source != ObjectSource::kMasks && (!stage.mask_zero.empty() || stage.associate != "auto"))
+    throw usage_error(stage.mask_zero.empty() ? "--associate" : "--mask-zero", "",
+                      "does nothing: the scene has no masks to learn from", "give --masks FOLDER, or leave it out");
+}
+
 bool learns_from_masks(ObjectSource source) {
   return source == ObjectSource::kMasks || source == ObjectSource::kSegmenter || source == ObjectSource::kJoint;
 }

@@ -25,6 +25,9 @@ enum class ObjectSource {
 /// where it asks for things that exclude each other.
 ObjectSource source_of(const Scene& scene, const SegmentStage& stage);
 
+/// Throws Error{kUsage} where an option of `stage` does nothing for objects from there.
+void check_object_options(ObjectSource source, const SegmentStage& stage);
+
 /// Whether the attribute is learnt from masks; otherwise the label of every Gaussian is known.
 bool learns_from_masks(ObjectSource source);
 

@@ -202,12 +202,7 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
                                     const std::vector<Camera>& sides) {
   check_networks(stage);
   const ObjectSource source = source_of(scene, stage);
-  if (!learns_from_masks(source) && (stage.iterations || !stage.start_from_vote))
-    throw usage_error(stage.iterations ? "--iterations" : "--no-vote", "",
-                      "does nothing without masks: a selection and --auto say what every Gaussian is", "leave it out");
-  if (source != ObjectSource::kMasks && (!stage.mask_zero.empty() || stage.associate != "auto"))
-    throw usage_error(stage.mask_zero.empty() ? "--associate" : "--mask-zero", "",
-                      "does nothing: the scene has no masks to learn from", "give --masks FOLDER, or leave it out");
+  check_object_options(source, stage);
   StageInputs<SegmentStage> in;
   in.options = stage;
   in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp};

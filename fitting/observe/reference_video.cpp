@@ -8,6 +8,7 @@
 
 #include "fitting/observe/frame_source.h"
 #include "gaussians/base/error.h"
+#include "gaussians/reconstruct/undistort.h"
 #include "gaussians/vision/resize.h"
 
 namespace fs = std::filesystem;
@@ -68,7 +69,7 @@ class Resampler {
           "reference video", "",
           fmt::format("needs more than {:.1f} GB of memory at {} frames of {} x {}", options_.most_bytes / 1e9,
                       out_.frames.size() + 1, now.picture.width, now.picture.height),
-          "use a part of it (--video-first, --video-last), a lower rate, or a smaller camera");
+          fmt::format("use a part of it ({}), {}", options_.part_options, options_.other_savings));
     }
     const double share = before_ ? (due() - before_->time) / (now.time - before_->time) : 1;
     if (share > 1 - kSameInstant || (options_.resampling == Resampling::kNearest && share >= 0.5)) {
@@ -117,6 +118,14 @@ void check_shape(const std::string& name, const ImageF& picture, const Camera& c
       "crop the video to the camera's field of view, or give the camera that took it");
 }
 
+/// Whether a picture was taken through the lens, and not by the pinhole that the training made of it.
+bool takes(const Camera& lens, const Camera& pinhole, const ImageF& picture) {
+  const auto has_size = [&](const Camera& camera) {
+    return picture.width == camera.width && picture.height == camera.height;
+  };
+  return has_size(lens) || !has_size(pinhole);
+}
+
 }  // namespace
 
 ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path& file_or_folder, const Camera& camera) {
@@ -126,6 +135,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   const auto source = open_frames(file_or_folder, options.declared_fps, options.instants);
   ReferenceVideo video;
   video.camera = camera;
+  std::optional<Undistortion> lens;
   video.file_fps = source->fps();
   if (video.file_fps == 0) video.pictures = source->frames();
   video.declared_fps = options.declared_fps;
@@ -139,12 +149,21 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
   while (!resampler.complete()) {
     std::optional<TimedFrame> frame = source->next();
     if (!frame) break;
-    if (video.frames_in_file++ == 0) check_shape(name, frame->picture, camera);
+    if (video.frames_in_file++ == 0) {
+      if (options.lens && takes(*options.lens, camera, frame->picture)) {
+        video.lens = options.lens;
+        lens = undistortion_onto(camera, *options.lens);
+      }
+      check_shape(name, frame->picture, video.lens.value_or(camera));
+    }
     frame->time *= stretch;
     longest_step = std::max(longest_step, frame->time - end);
     end = frame->time;
     video.instants.push_back(end);
-    frame->picture = resized(frame->picture, camera.width, camera.height);
+    if (lens)
+      frame->picture = undistorted(*lens, resized(frame->picture, video.lens->width, video.lens->height));
+    else
+      frame->picture = resized(frame->picture, camera.width, camera.height);
     resampler.add(std::move(*frame));
   }
 
@@ -159,7 +178,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
         name, "",
         fmt::format("has {} frames from {} s to {}, and lasts {:.3f} s", video.frames.size(), options.first,
                     options.last == 0 ? "its end" : fmt::format("{} s", options.last), end),
-        "choose a longer part of it (--video-first, --video-last)");
+        fmt::format("choose a longer part of it ({})", options.part_options));
   }
   if (!resampler.complete() && source->frames() > video.frames_in_file + 1) {
     video.warnings.push_back(fmt::format("{} declares {} frames but only {} can be decoded: it may be damaged", name,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct ReferenceVideo {
   std::vector<double> instants;      ///< of those, s from the first one
   int blended = 0;                   ///< frames made from two of the file
   int pictures = 0;                  ///< in a folder, beyond the wanted part too; 0 = a file
+  std::optional<Camera> lens;        ///< that was removed from the frames
 };
 
 /// How a frame arises at an instant between two of the file.
@@ -42,14 +44,19 @@ struct VideoOptions {
   std::vector<double> instants;  ///< s, of the pictures of a folder; empty = the numbers in their names tell them
   Resampling resampling = Resampling::kLinear;
   double most_bytes = 3e9;  ///< of the frames in memory
+  /// `camera` as it took the video, with its lens, in the same place: the lens is removed from frames of its shape.
+  /// Frames of exactly the size of `camera` have been freed of it.
+  std::optional<Camera> lens;
+  // What messages advise: the options that choose the part, and what else saves memory.
+  std::string part_options = "--video-first, --video-last", other_savings = "a lower rate, or a smaller camera";
 };
 
 /// Reads a video of any format that OpenCV decodes through FFmpeg, or a folder of pictures in the order of the numbers
 /// in their names; takes the wanted part at the wanted rate and scales it to the size of `camera`.  Frames of a file
 /// with an uneven rate are resampled by their time stamps; a frame that is missing is a blend of its neighbours. Throws
 /// Error{kInput} naming the file when it does not exist, is no video, has fewer than two frames in the wanted part, a
-/// rate outside 1 to 1000 per second, or a shape (width / height) more than 2 % off the camera's; Error{kUsage} for
-/// impossible options.
+/// rate outside 1 to 1000 per second, or a shape (width / height) more than 2 % off the camera's, or its lens's;
+/// Error{kUsage} for impossible options.
 ReferenceVideo load_reference_video(const VideoOptions& options, const std::filesystem::path& file_or_folder,
                                     const Camera& camera);
 

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <vector>
 
 #include "fitting/predict/http_post.h"
 #include "gaussians/base/error.h"
@@ -20,7 +21,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr size_t kMaxLabel = 200, kMaxWhat = 80;
+constexpr size_t kMaxLabel = 200, kMaxWhat = 80, kMaxError = 200;
 constexpr std::array kQuantities = {"E", "nu", "rho"};
 constexpr std::array<Band LlmMaterial::*, 3> kMembers = {&LlmMaterial::young, &LlmMaterial::poisson,
                                                          &LlmMaterial::density};
@@ -64,6 +65,21 @@ Json request_of(const LlmOptions& options, const std::string& label, const std::
            {{"type", "json_schema"}, {"json_schema", {{"name", "material"}, {"strict", true}, {"schema", schema}}}}}};
 }
 
+/// The same for models that refuse max_tokens, and any temperature but their own.
+Json without_limits(Json request) {
+  request.erase("temperature");
+  request.erase("max_tokens");
+  constexpr int kWithReasoning = 4000;
+  request["max_completion_tokens"] = kWithReasoning;
+  return request;
+}
+
+/// Whether a service refuses one of the parameters that without_limits() leaves out.
+bool refuses_limits(const HttpAnswer& answer) {
+  return answer.status == 400 &&
+         (answer.body.find("max_tokens") != std::string::npos || answer.body.find("temperature") != std::string::npos);
+}
+
 std::string url_of(std::string url) {
   while (url.ends_with('/')) url.pop_back();
   return url.ends_with("/chat/completions") ? url : url + "/chat/completions";
@@ -71,7 +87,10 @@ std::string url_of(std::string url) {
 
 /// The numbers of an answer, clamped.  Throws Error about what is missing or no number.
 LlmMaterial material_of(const std::string& text, const MaterialBounds& bounds) {
-  const Json parsed = parse_json(text, "the answer");
+  // Some models write around the object, such as ``` fences.
+  const size_t begin = text.find('{'), end = text.rfind('}');
+  const bool framed = begin != std::string::npos && end != std::string::npos && begin < end;
+  const Json parsed = parse_json(framed ? text.substr(begin, end + 1 - begin) : text, "the answer");
   const JsonObject answer(parsed, "the answer", "", Failure::kInput);
   LlmMaterial out;
   for (size_t i = 0; i < kQuantities.size(); ++i) {
@@ -130,8 +149,10 @@ void remember(const std::filesystem::path& file, const std::string& content) {
 
 }  // namespace
 
-std::string llm_key() {
-  for (const char* name : {"PLIANT_LLM_KEY", "OPENAI_API_KEY"})
+std::string llm_key(const std::string& url) {
+  std::vector<const char*> names = {"PLIANT_LLM_KEY"};
+  if ((url + "/").starts_with("https://api.openai.com/")) names.push_back("OPENAI_API_KEY");
+  for (const char* name : names)
     if (const char* value = std::getenv(name); value && *value) {
       std::string key = value;
       while (!key.empty() && std::string_view("\r\n\t ").find(key.back()) != std::string_view::npos) key.pop_back();
@@ -184,21 +205,27 @@ LlmAnswer ask_llm(const LlmOptions& options, const MaterialBounds& bounds, const
   request.url = url_of(options.url);
   request.headers = {"Content-Type: application/json"};
   if (!options.key.empty()) request.headers.push_back("Authorization: Bearer " + options.key);
-  request.body = request_of(options, label, view).dump(-1, ' ', true, Json::error_handler_t::replace);
+  const Json question = request_of(options, label, view);
+  const auto written = [](const Json& body) { return body.dump(-1, ' ', true, Json::error_handler_t::replace); };
+  request.body = written(question);
   request.timeout = options.timeout;
   request.max_answer = options.max_answer;
-  const HttpAnswer answer = post(request);
+  HttpAnswer answer = post(request);
+  if (refuses_limits(answer)) {
+    request.body = written(without_limits(question));
+    answer = post(request);
+  }
   const auto failed = [&](const std::string& why) { return LlmAnswer{std::nullopt, options.url + ": " + why}; };
   if (!answer.failure.empty()) return failed(answer.failure);
   if (answer.status != 200)
-    return failed(fmt::format("HTTP status {}: {}", answer.status, plain(answer.body, kMaxWhat)));
+    return failed(fmt::format("HTTP status {}: {}", answer.status, plain(answer.body, kMaxError)));
   try {
     const std::string content = content_of(answer.body);
     const LlmMaterial material = material_of(content, bounds);
     if (!file.empty()) remember(file, content);
     return {material, ""};
   } catch (const Error& error) {
-    return failed(plain(error.what(), 200));
+    return failed(plain(error.what(), kMaxError));
   }
 }
 

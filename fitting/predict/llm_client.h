@@ -18,9 +18,10 @@ struct LlmOptions {
   size_t max_answer = 256 * 1024;  ///< bytes
 };
 
-/// The environment's PLIANT_LLM_KEY, else OPENAI_API_KEY, else nothing; without blanks and line breaks at its end.
-/// Throws Error{kUsage} for control characters within it.
-std::string llm_key();
+/// The key for the service at `url`: the environment's PLIANT_LLM_KEY, else at https://api.openai.com/ OPENAI_API_KEY,
+/// which no other service may see, else nothing; without blanks and line breaks at its end.  Throws Error{kUsage} for
+/// control characters within it.
+std::string llm_key(const std::string& url);
 
 /// Lowest and highest E, nu, rho that an answer may have.
 struct MaterialBounds {
@@ -45,9 +46,9 @@ struct LlmAnswer {
 };
 
 /// Asks a language model once for the material of what `label` names and `view` (a PNG; may be empty) shows: chat
-/// completion with a JSON schema.  The label travels as data, see sent_label; whatever the answer says, only nine
-/// checked and clamped numbers and a short text are taken from it.  Never throws for what the service does; answers are
-/// cached by model, label and view.
+/// completion with a JSON schema; once more where the model refuses max_tokens or a temperature.  The label travels as
+/// data, see sent_label; whatever the answer says, only nine checked and clamped numbers and a short text are taken
+/// from it.  Never throws for what the service does; answers are cached by model, label and view.
 LlmAnswer ask_llm(const LlmOptions& options, const MaterialBounds& bounds, const std::string& label,
                   const std::string& view);
 

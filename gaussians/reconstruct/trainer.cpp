@@ -140,7 +140,9 @@ TrainStep Trainer::step() {
   ++state_.iteration;
   state_.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.progress = training_progress(options_, state_.iteration, state_.seconds);
-  densify(before, report.progress);
+  // Time that passed since the last step may have led over a mark.
+  densify(densified_at_ < 0 ? before : densified_at_, report.progress);
+  densified_at_ = report.progress;
   report.iteration = state_.iteration;
   report.gaussians = state_.cloud.size();
   report.width = shown.camera.width;
@@ -215,7 +217,7 @@ void Trainer::densify(double before, double progress) {
 }
 
 void Trainer::measure() {
-  const std::vector<PhotoQuality> quality = held_out_quality(state_.cloud, photos_, options_.render);
+  const std::vector<PhotoQuality> quality = held_out_quality(state_.cloud, photos_, options_.render, kMostInCurve);
   if (quality.empty()) return;
   CurvePoint point{state_.iteration, state_.seconds, state_.cloud.size(), 0, 0};
   for (const PhotoQuality& q : quality) {

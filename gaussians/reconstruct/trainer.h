@@ -46,7 +46,8 @@ class Trainer {
 
   const TrainingState& state() const { return state_; }
   size_t budget() const { return budget_; }
-  /// Measures the held-out photos and appends to the curve; does nothing when none are held out.
+  /// Measures at most kMostInCurve of the held-out photos and appends to the curve; does nothing when none are held
+  /// out.
   void measure();
 
  private:
@@ -69,6 +70,7 @@ class Trainer {
   TrainingState state_;
   std::vector<int> trained_on_;  ///< photos that are not held out
   double extent_ = 1;
+  double densified_at_ = -1;  ///< progress at which densify was last asked; -1 = never
   size_t budget_ = 0;
   int longest_side_ = 0;
 };
@@ -86,8 +88,11 @@ struct PhotoQuality {
   double corrected_psnr = 0;  ///< after the affine colour map that fits the photo best: without its exposure
 };
 /// PSNR and SSIM (windows inside the image) of the held-out photos at full size, clamped to [0, 1]; pixels that do not
-/// count are left out.
+/// count are left out.  Of more than `most` photos so many, evenly spread over their order; 0 = all.
 std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos,
-                                           const RenderOptions& options);
+                                           const RenderOptions& options, size_t most = 0);
+
+/// Held-out photos that a point of the curve measures.
+constexpr size_t kMostInCurve = 8;
 
 }  // namespace pliant

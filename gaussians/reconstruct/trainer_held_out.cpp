@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
@@ -39,10 +40,14 @@ void change_backdrop(const TrainingPhoto& photo, const Vec3f& from, const Vec3f&
 }
 
 std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos,
-                                           const RenderOptions& options) {
+                                           const RenderOptions& options, size_t most) {
+  std::vector<const TrainingPhoto*> held_out;
+  for (const TrainingPhoto& photo : photos.photos)
+    if (photo.held_out) held_out.push_back(&photo);
+  const size_t count = most == 0 ? held_out.size() : std::min(most, held_out.size());
   std::vector<PhotoQuality> quality;
-  for (const TrainingPhoto& photo : photos.photos) {
-    if (!photo.held_out) continue;
+  for (size_t i = 0; i < count; ++i) {
+    const TrainingPhoto& photo = *held_out[i * held_out.size() / count];
     Camera camera;
     ImageF target, weight;
     photo_at_level(photo, 0, camera, target, weight);

@@ -124,6 +124,7 @@ class Lenses {
 
 void undo_lens(Lenses& lenses, TrainingPhoto& photo, Loaded& loaded) {
   if (photo.camera.distortion == Camera().distortion) return;
+  photo.lens = photo.camera;
   const auto lens = lenses.of(photo.camera);
   const Camera& pinhole = lens->pinhole;
   photo.pixels = undistorted(*lens, photo.pixels);
@@ -165,6 +166,12 @@ Loaded load_photo(const PhotoOptions& options, const Camera& camera, Lenses& len
   if (loaded.fitted) photo.camera = camera.resized(photo.pixels.width, photo.pixels.height);
   scale_down(options.longest_side, photo, loaded);
   undo_lens(lenses, photo, loaded);
+  if (std::min(photo.camera.width, photo.camera.height) < kSmallestSide) {
+    loaded.problem = camera.photo + ": is " + size_text(photo.camera.width, photo.camera.height) +
+                     " pixels as it is trained on, and a side needs at least " + std::to_string(kSmallestSide) +
+                     (loaded.scaled ? ": give a larger --max-image-size" : "");
+    return loaded;
+  }
   photo.changed = loaded.turned || loaded.scaled || loaded.undistorted || loaded.composited;
   loaded.photo = std::move(photo);
   return loaded;

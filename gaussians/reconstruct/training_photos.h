@@ -13,6 +13,7 @@ namespace pliant {
 
 struct TrainingPhoto {
   Camera camera;   ///< pinhole without distortion, of the size of `pixels`; `photo` is the file on disk
+  Camera lens;     ///< with the lens that was undone, of the size of the photo that it was undone in; width 0 = none
   ImageU8 pixels;  ///< [H, W, 3]
   ImageU8 weight;  ///< [H, W, 1] 255 = counts, 0 = the photo says nothing here; empty = all pixels count
   ImageU8 alpha;   ///< [H, W, 1] how much of a pixel is the photo and not PhotoOptions::background; empty = all of it
@@ -31,6 +32,9 @@ struct TrainingPhotos {
   bool changed = false;               ///< undistorted, scaled, turned or composited: no longer the files on disk
   std::vector<std::string> warnings;
 };
+
+/// Smaller sides of a photo cannot be measured: SSIM compares windows of 11 x 11 pixels.
+constexpr int kSmallestSide = 11;
 
 /// Fewer photos do not determine a scene.
 constexpr int kFewestPhotos = 3;

@@ -22,7 +22,7 @@ struct CurvePoint {
   int iteration = 0;
   double seconds = 0;
   size_t gaussians = 0;
-  double psnr = 0, ssim = 0;  ///< means over the held-out photos
+  double psnr = 0, ssim = 0;  ///< means over held-out photos, at most kMostInCurve
 };
 
 /// Everything that a training goes on from.

@@ -34,6 +34,30 @@ Vec4f catmull_rom(float t) {
   return 0.5f * Vec4f(t * (-1 + t * (2 - t)), 2 + t * t * (-5 + 3 * t), t * (1 + t * (4 - 3 * t)), t * t * (t - 1));
 }
 
+/// `round` makes a value of the picture from a sum.
+template <class T, class Round>
+Image<T> interpolated(const Undistortion& lens, const Image<T>& photo, Round&& round) {
+  const int channels = photo.channels;
+  Image<T> out(lens.pinhole.width, lens.pinhole.height, channels);
+  std::vector<float> sum(channels);
+  for (size_t i = 0; i < lens.seen.size(); ++i) {
+    const Vec2f at = lens.seen[i] - Vec2f::Constant(0.5f);
+    if (!at.allFinite()) continue;
+    const Vec2f corner = at.array().floor();
+    const Vec4f across = catmull_rom(at.x() - corner.x()), down = catmull_rom(at.y() - corner.y());
+    std::fill(sum.begin(), sum.end(), 0.0f);
+    for (int dy = 0; dy < 4; ++dy) {
+      const int y = std::clamp(static_cast<int>(corner.y()) - 1 + dy, 0, photo.height - 1);
+      for (int dx = 0; dx < 4; ++dx) {
+        const T* pixel = photo.at(std::clamp(static_cast<int>(corner.x()) - 1 + dx, 0, photo.width - 1), y);
+        for (int c = 0; c < channels; ++c) sum[c] += across[dx] * down[dy] * pixel[c];
+      }
+    }
+    for (int c = 0; c < channels; ++c) out.data[channels * i + c] = round(sum[c]);
+  }
+  return out;
+}
+
 }  // namespace
 
 Undistortion make_undistortion(const Camera& camera) {
@@ -45,8 +69,7 @@ Undistortion make_undistortion(const Camera& camera) {
                       "is so strong that no undistorted image is left", "check k1, k2, p1, p2, k3, k4");
   }
   const double shrink = std::min({1.0, (camera.width - 1) / across, (camera.height - 1) / down});
-  Undistortion result;
-  Camera& pinhole = result.pinhole = camera;
+  Camera pinhole = camera;
   pinhole.distortion = {};
   pinhole.fx *= shrink;
   pinhole.fy *= shrink;
@@ -55,6 +78,12 @@ Undistortion make_undistortion(const Camera& camera) {
   pinhole.cy = 0.5 - r.top * pinhole.fy;
   pinhole.width = static_cast<int>(across * shrink + 1e-6) + 1;
   pinhole.height = static_cast<int>(down * shrink + 1e-6) + 1;
+  return undistortion_onto(pinhole, camera);
+}
+
+Undistortion undistortion_onto(const Camera& pinhole, const Camera& camera) {
+  Undistortion result;
+  result.pinhole = pinhole;
   result.seen.reserve(static_cast<size_t>(pinhole.width) * pinhole.height);
   for (int j = 0; j < pinhole.height; ++j) {
     for (int i = 0; i < pinhole.width; ++i) {
@@ -71,26 +100,12 @@ Undistortion make_undistortion(const Camera& camera) {
 }
 
 ImageU8 undistorted(const Undistortion& lens, const ImageU8& photo) {
-  const int channels = photo.channels;
-  ImageU8 out(lens.pinhole.width, lens.pinhole.height, channels);
-  std::vector<float> sum(channels);
-  for (size_t i = 0; i < lens.seen.size(); ++i) {
-    const Vec2f at = lens.seen[i] - Vec2f::Constant(0.5f);
-    if (!at.allFinite()) continue;
-    const Vec2f corner = at.array().floor();
-    const Vec4f across = catmull_rom(at.x() - corner.x()), down = catmull_rom(at.y() - corner.y());
-    std::fill(sum.begin(), sum.end(), 0.0f);
-    for (int dy = 0; dy < 4; ++dy) {
-      const int y = std::clamp(static_cast<int>(corner.y()) - 1 + dy, 0, photo.height - 1);
-      for (int dx = 0; dx < 4; ++dx) {
-        const uint8_t* pixel = photo.at(std::clamp(static_cast<int>(corner.x()) - 1 + dx, 0, photo.width - 1), y);
-        for (int c = 0; c < channels; ++c) sum[c] += across[dx] * down[dy] * pixel[c];
-      }
-    }
-    for (int c = 0; c < channels; ++c)
-      out.data[channels * i + c] = static_cast<uint8_t>(std::clamp(sum[c], 0.0f, 255.0f) + 0.5f);
-  }
-  return out;
+  return interpolated(lens, photo,
+                      [](float sum) { return static_cast<uint8_t>(std::clamp(sum, 0.0f, 255.0f) + 0.5f); });
+}
+
+ImageF undistorted(const Undistortion& lens, const ImageF& photo) {
+  return interpolated(lens, photo, [](float sum) { return std::clamp(sum, 0.0f, 1.0f); });
 }
 
 }  // namespace pliant

@@ -20,8 +20,12 @@ struct Undistortion {
 /// Throws Error{kInput} naming the photo when the lens folds over so that no such rectangle is left.
 Undistortion make_undistortion(const Camera& camera);
 
+/// How `pinhole` finds its pixels in the photo that `camera` took from the same place in the same direction.
+Undistortion undistortion_onto(const Camera& pinhole, const Camera& camera);
+
 /// The picture of the pinhole camera, by Catmull-Rom interpolation, which keeps straight ramps in place; [H, W, C].
 /// Black where the photo shows nothing.
 ImageU8 undistorted(const Undistortion& lens, const ImageU8& photo);
+ImageF undistorted(const Undistortion& lens, const ImageF& photo);  ///< in [0, 1]
 
 }  // namespace pliant

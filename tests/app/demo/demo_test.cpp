@@ -325,7 +325,10 @@ TEST(DemoSplats, TrainingBringsHeldOutPhotosNearerAndMovesNoGaussianFar) {
   std::vector<ImageU8> pixels;
   for (size_t i = 0; i < cameras.size(); ++i) {
     pixels.push_back(to_8_bit(take_photo(stage, cameras[i]).color));
-    photos.photos.push_back({cameras[i], pixels.back(), {}, {}, i % 8 == 0, false});
+    photos.photos.emplace_back();
+    photos.photos.back().camera = cameras[i];
+    photos.photos.back().pixels = pixels.back();
+    photos.photos.back().held_out = i % 8 == 0;
   }
   const GaussianCloud trained = train_splats(laid.cloud, cameras, pixels, 100, 1);
   ASSERT_EQ(trained.size(), laid.cloud.size());

@@ -10,6 +10,8 @@
 #include "app/fit/fit_outcome.h"
 #include "app/fit/fit_scene.h"
 #include "app/run/attach_scene.h"
+#include "app/store/lenses.h"
+#include "gaussians/base/lens.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/images/image_io.h"
 #include "tests/app/fit_video_scene.h"
@@ -88,6 +90,52 @@ TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
   write_text(folder / "pose/bad.json", "{}");
   wrong.pose = (folder / "pose/bad.json").string();
   EXPECT_THROW(load(wrong), Error);
+}
+
+TEST_F(FitVideo, TheLensThatTheTrainingRemovedFromThePhotoIsRemovedFromTheVideo) {
+  FitStage stage;
+  const ReferenceVideo plain = load(stage);
+  TrainingPhotos photos;
+  photos.photos.resize(1);
+  Camera& lens = photos.photos[0].lens = plain.camera;
+  lens.distortion[0] = 2;
+  const Camera& pinhole = plain.camera;
+  std::vector<ImageF> filmed;
+  for (const ImageF& frame : plain.frames) {
+    ImageF picture(lens.width, lens.height, 3);
+    for (int y = 0; y < lens.height; ++y)
+      for (int x = 0; x < lens.width; ++x) {
+        const Eigen::Vector2d ray = unproject(lens, {x + 0.5, y + 0.5}).value();
+        const int u = static_cast<int>(std::floor(pinhole.fx * ray.x() + pinhole.cx)),
+                  v = static_cast<int>(std::floor(pinhole.fy * ray.y() + pinhole.cy));
+        std::copy_n(frame.at(std::clamp(u, 0, frame.width - 1), std::clamp(v, 0, frame.height - 1)), 3,
+                    picture.at(x, y));
+      }
+    filmed.push_back(std::move(picture));
+  }
+  stage.videos = {write("filmed.mp4", filmed)};
+  stage.cameras = {camera};
+  const auto error = [&](const ReferenceVideo& video) {
+    double sum = 0;
+    for (int y = video.camera.height / 4; y < video.camera.height * 3 / 4; ++y)
+      for (int x = video.camera.width / 4; x < video.camera.width * 3 / 4; ++x)
+        sum += std::abs(video.frames[0](x, y, 1) - plain.frames[0](x, y, 1));
+    return sum;
+  };
+  const double without = error(load(stage));
+  const fs::path lenses = folder / "scene" / kLensFile;
+  write_lenses(lenses, photos);
+  const ReferenceVideo through = load(stage);
+  EXPECT_TRUE(through.lens);
+  EXPECT_LT(error(through), 0.5 * without);
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  EXPECT_TRUE(video_files(load_run_scene(run), stage).count("lenses"));
+  // A pose file has the camera that is to be taken.
+  write_cameras(folder / "pose/transforms.json", {plain.camera});
+  stage.cameras.clear();
+  stage.pose = (folder / "pose/transforms.json").string();
+  EXPECT_FALSE(load(stage).lens);
+  fs::remove(lenses);
 }
 
 TEST_F(FitVideo, APartOfTheFileIsTaken) {

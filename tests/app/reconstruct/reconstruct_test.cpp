@@ -11,6 +11,7 @@
 #include "app/reconstruct/photo_set.h"
 #include "app/reconstruct/reconstruct_stage.h"
 #include "app/reconstruct/training_masks.h"
+#include "app/store/lenses.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/cameras/transforms.h"
@@ -234,6 +235,102 @@ TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
   }
 }
 
+TEST_F(Reconstruct, WhatTheUserMakesOfTheSceneLivesOn) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 6);
+  write_json(folder / "set/scene.json",
+             {{"cameras", "transforms.json"}, {"photos", "photos"}, {"up", {0, 0, 1}}, {"object", "ball"}});
+  const fs::path out = folder / "scene", file = out / "scene.json";
+  const auto train_for = [&](const char* iterations) {
+    return run_quietly(command(folder / "set", out, {"--iterations", iterations, "--max-image-size", "40"}));
+  };
+  ASSERT_EQ(train_for("5"), 0);
+  json mine = read_json(file);
+  mine["metres_per_unit"] = 0.5;
+  mine["up"] = {0, 1, 0};
+  mine["masks"] = "masks";
+  mine.erase("object");
+  write_json(file, mine);
+  const IdImage ids(40, 30, 1, 3);
+  write_ids(out / "masks/v12.png", ids);
+  ASSERT_EQ(train_for("5"), 0) << "unchanged";
+  EXPECT_EQ(read_json(file), mine);
+  ASSERT_EQ(train_for("6"), 0);
+  mine["splats"] = "point_cloud/iteration_6/point_cloud.ply";
+  EXPECT_EQ(read_json(file), mine);
+  EXPECT_EQ(read_ids(out / "masks/v12.png").data, ids.data);
+
+  // What the source says anew holds.
+  json source = read_json(folder / "set/scene.json");
+  source["up"] = {1, 0, 0};
+  source["support"] = "table";
+  write_json(folder / "set/scene.json", source);
+  ASSERT_EQ(train_for("6"), 0);
+  mine["up"] = {1, 0, 0};
+  mine["support"] = "table";
+  EXPECT_EQ(read_json(file), mine);
+
+  // Masks of the source take the place of the user's, which are kept.
+  IdImage halves(kWidth, kHeight, 1, 2);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth / 2; ++x) halves(x, y) = 1;
+  for (int i = 10; i < 16; ++i) write_ids(folder / ("set/masks/v" + std::to_string(i) + ".png"), halves);
+  source["masks"] = "masks";
+  write_json(folder / "set/scene.json", source);
+  ASSERT_EQ(train_for("6"), 0);
+  EXPECT_EQ(read_ids(out / "masks/v12.png")(5, 5), 1u);
+  EXPECT_EQ(read_ids(out / "masks.1/v12.png").data, ids.data);
+  ASSERT_EQ(train_for("7"), 0);
+  EXPECT_FALSE(fs::exists(out / "masks.2")) << "its own are written anew";
+  write_ids(out / "masks/v12.png", ids);
+  ASSERT_EQ(train_for("8"), 0);
+  EXPECT_EQ(read_ids(out / "masks.2/v12.png").data, ids.data) << "its own with another mask in it";
+}
+
+TEST_F(Reconstruct, TheLensesOfChangedPhotosAreKept) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  std::vector<Camera> cameras = read_transforms(folder / "set/transforms.json").cameras;
+  for (Camera& camera : cameras) camera.distortion[0] = 0.1;
+  write_transforms(folder / "set/transforms.json", cameras);
+  ASSERT_EQ(run_quietly(command(folder / "set", folder / "scene", {"--iterations", "5"})), 0);
+  const Scene scene = load_scene(folder / "scene");
+  ASSERT_LT(scene.cameras[2].width, kWidth);
+  EXPECT_EQ(read_lens(folder / "scene" / kLensFile, scene.cameras[2]).value().distortion[0], 0.1);
+  EXPECT_EQ(read_lens(folder / "scene" / kLensFile, scene.cameras[2]).value().width, kWidth);
+}
+
+TEST_F(Reconstruct, AFinishedResultLeavesTheCheckpointOfALongerTraining) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  ReconstructStage brief = short_stage(), longer = short_stage();
+  brief.train.iterations = 10;
+  longer.train.iterations = 60;
+  ASSERT_TRUE(train(folder / "set", folder / "scene", brief, -1));
+  EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
+  ASSERT_FALSE(train(folder / "set", folder / "scene", longer, 40));
+  const std::string checkpoint = sha256_of_file(folder / "scene/checkpoint.h5");
+  ASSERT_TRUE(train(folder / "set", folder / "scene", brief, -1));
+  EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5"), checkpoint);
+  ASSERT_TRUE(train(folder / "set", folder / "scene", longer, -1));
+  EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
+}
+
+TEST_F(Reconstruct, ARunDirectoryIsNotReplacedByAScene) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  RunDirectory::create(folder / "with_scene").set_scene({{"source", "flower"}}, false);
+  Progress progress(true);
+  StageKey key;
+  key.name = "simulate";
+  RunDirectory::create(folder / "with_stage").stage({progress, [] { return false; }}, key, [](const std::string&) {
+    return json::object();
+  });
+  for (const auto& [name, of] : {std::pair{"with_scene", "another command"}, {"with_stage", "`simulate`"}})
+    expect_error(Failure::kUsage, {"--out", "holds the results of", of},
+                 [&] { train(folder / "set", folder / name, short_stage(), -1); });
+}
+
 TEST_F(Reconstruct, ChangedPhotosKeepTheMasksOfEveryLayoutAndTheirNames) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 6);
@@ -358,6 +455,15 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
                          (folder / "none").string()}),
             2)
       << "no masks";
+  // What excludes joint training is said before it.
+  for (const std::vector<std::string>& excluded : std::vector<std::vector<std::string>>{
+           {"--click", "v12,40,30"}, {"--auto"}, {"--gaussian-grouping", "model"}, {"--mask-zero", "background"}}) {
+    std::vector<std::string> words = segment;
+    words.back() = (folder / "excluded").string();
+    words.insert(words.end(), excluded.begin(), excluded.end());
+    EXPECT_EQ(run_quietly(words), 2) << excluded[0];
+    EXPECT_FALSE(fs::exists(folder / "excluded/scene")) << excluded[0];
+  }
 }
 
 TEST_F(Reconstruct, TimeIsHonoured) {
@@ -393,6 +499,24 @@ TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   EXPECT_EQ(run_quietly(command(folder / "absent", folder / "scene")), 1);
 }
 
+TEST_F(Reconstruct, OfSeveralColmapModelsTheLargestIsTakenAndTheOthersAreNamed) {
+  const TemporaryFolder folder;
+  std::string images;
+  for (int model = 0; model < 2; ++model) {
+    const std::string name = std::to_string(model);
+    images += name + " 1 0 0 0 0 0 " + name + " 1 " + name + ".png\n\n";
+    folder.file("images/" + name + ".png", "not decoded");
+    folder.file("sparse/" + name + "/cameras.txt", "1 PINHOLE 64 48 60 60 32 24\n");
+    folder.file("sparse/" + name + "/images.txt", images);
+  }
+  const PhotoSet set = find_photo_set(folder.path());
+  EXPECT_EQ(set.cameras, folder / "sparse/1");
+  const CameraFile cameras = read_photo_cameras(set);
+  EXPECT_EQ(cameras.cameras.size(), 2u);
+  ASSERT_EQ(cameras.warnings.size(), 1u);
+  EXPECT_NE(cameras.warnings[0].find("sparse/1 with 2 images is used; sparse/0 has 1"), std::string::npos);
+}
+
 TEST_F(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
   const TemporaryFolder folder;
   make_photos(folder / "one", 1);
@@ -415,6 +539,7 @@ TEST_F(Reconstruct, TooFewPhotosAndImpossibleOptionsEndWithTheRightExitCode) {
                                              {"--photos", "nowhere"}})
     EXPECT_EQ(run_quietly(command(folder / "set", folder / "c", bad)), 2) << bad[0] << " " << bad[1];
   EXPECT_EQ(run_quietly(command(folder / "set", folder / "d", {"--init", "points"})), 2);
+  EXPECT_EQ(run_quietly(command(folder / "set", folder / "e", {"--max-image-size", "12"})), 1);
 }
 
 }  // namespace

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "gaussians/base/lens.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
+#include "gaussians/reconstruct/undistort.h"
 #include "gaussians/render/image_loss.h"
 #include "tests/temporary_folder.h"
 
@@ -104,6 +106,46 @@ TEST(ReferenceVideo, AnExactStartLiesBetweenTwoFrames) {
   ASSERT_EQ(video.frames.size(), 35u);  // the last frame is at 47 / 24 s
   EXPECT_EQ(video.blended, 35);
   for (size_t f = 0; f < 35; ++f) EXPECT_NEAR(mean(video.frames[f]), grey_at(0.52 + f / 24.0), 0.006) << f;
+}
+
+TEST(ReferenceVideo, TheLensOfItsCameraIsRemovedAsFromItsPhoto) {
+  const TemporaryFolder folder;
+  Camera lens = video_camera_of(160, 120);
+  lens.fx = lens.fy = 140;
+  lens.cx = 82;
+  lens.cy = 59;
+  lens.distortion = {0.3, 0, 0, 0, 0, 0};
+  const Camera pinhole = make_undistortion(lens).pinhole;
+  ASSERT_LT(pinhole.width, 159);
+  const auto pattern = [](const Eigen::Vector2d& x) {
+    return static_cast<float>(0.5 + 0.4 * std::sin(9 * x.x()) * std::cos(7 * x.y()));
+  };
+  const auto picture_by = [&](const Camera& camera) {
+    ImageF picture(camera.width, camera.height, 3);
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x)
+        std::fill_n(picture.at(x, y), 3, pattern(unproject(camera, {x + 0.5, y + 0.5}).value()));
+    return picture;
+  };
+  const ImageF expected = picture_by(pinhole);
+  const auto error = [&](const ReferenceVideo& video) { return std::sqrt(mse_loss(video.frames[1], expected)); };
+  VideoOptions options;
+  options.declared_fps = 12;
+  for (const char* name : {"filmed", "rendered"}) std::filesystem::create_directory(folder / name);
+  for (int f = 0; f < 2; ++f) {
+    write_image(folder / ("filmed/" + std::to_string(f) + ".png"), picture_by(lens.scaled(2)));
+    write_image(folder / ("rendered/" + std::to_string(f) + ".png"), expected);
+  }
+  EXPECT_GT(error(load_reference_video(options, folder / "filmed", pinhole)), 0.02);
+  options.lens = lens;
+  const ReferenceVideo filmed = load_reference_video(options, folder / "filmed", pinhole);
+  EXPECT_LT(error(filmed), 0.005);
+  EXPECT_TRUE(filmed.lens);
+  EXPECT_EQ(filmed.camera.width, pinhole.width);
+  // What the scene's own camera drew has no lens.
+  const ReferenceVideo rendered = load_reference_video(options, folder / "rendered", pinhole);
+  EXPECT_LT(error(rendered), 0.005);
+  EXPECT_FALSE(rendered.lens);
 }
 
 TEST(ReferenceVideo, AFolderIsReadInTheOrderOfItsNumbers) {

@@ -213,18 +213,62 @@ TEST(LlmClient, SendsALabelThatHoldsInstructionsAsShortData) {
 }
 
 TEST(LlmClient, TakesItsKeyFromTheEnvironment) {
+  const char kOpenAi[] = "https://api.openai.com/v1", kOther[] = "https://example.org/v1";
   ::setenv("OPENAI_API_KEY", "general", 1);
   ::unsetenv("PLIANT_LLM_KEY");
-  EXPECT_EQ(llm_key(), "general");
+  EXPECT_EQ(llm_key(kOpenAi), "general");
+  EXPECT_EQ(llm_key("https://api.openai.com"), "general");
+  for (const char* url : {kOther, "http://api.openai.com/v1", "https://api.openai.com.example.org/v1",
+                          "https://api.openai.com@example.org/v1", "http://127.0.0.1:8000/v1"})
+    EXPECT_EQ(llm_key(url), "") << url;
   ::setenv("PLIANT_LLM_KEY", "own", 1);
-  EXPECT_EQ(llm_key(), "own");
+  EXPECT_EQ(llm_key(kOpenAi), "own");
+  EXPECT_EQ(llm_key(kOther), "own");
   ::setenv("PLIANT_LLM_KEY", "abc \t\r\n", 1);
-  EXPECT_EQ(llm_key(), "abc");
+  EXPECT_EQ(llm_key(kOther), "abc");
   ::setenv("PLIANT_LLM_KEY", "abc\r\nX-Evil: 1", 1);
-  expect_error(Failure::kUsage, {"PLIANT_LLM_KEY", "control characters"}, [] { llm_key(); });
+  expect_error(Failure::kUsage, {"PLIANT_LLM_KEY", "control characters"}, [&] { llm_key(kOther); });
   ::unsetenv("PLIANT_LLM_KEY");
   ::unsetenv("OPENAI_API_KEY");
-  EXPECT_EQ(llm_key(), "");
+  EXPECT_EQ(llm_key(kOpenAi), "");
+}
+
+TEST(LlmClient, AsksOnceMoreWithoutWhatAModelRefuses) {
+  for (const char* refused : {"max_tokens", "temperature"}) {
+    std::vector<nlohmann::json> sent;
+    MockServer server([&](int connection, const std::string& request) {
+      sent.push_back(nlohmann::json::parse(request.substr(request.find("\r\n\r\n"))));
+      const std::string error = "Unsupported parameter: '" + std::string(refused) + "'";
+      const bool good = !sent.back().contains(refused);
+      reply(connection, good ? envelope(kGood) : error, good ? "200 OK" : "400 Bad Request");
+    });
+    const LlmAnswer answer = ask_llm(options_for(server.url()), rose_bounds(), "rose", "");
+    ASSERT_TRUE(answer.material) << answer.failure;
+    ASSERT_EQ(sent.size(), 2u);
+    EXPECT_FALSE(sent[1].contains("max_tokens") || sent[1].contains("temperature"));
+    EXPECT_GT(sent[1]["max_completion_tokens"], 0);
+    EXPECT_EQ(sent[1]["messages"], sent[0]["messages"]);
+  }
+  int requests = 0;
+  MockServer server([&](int connection, const std::string&) {
+    ++requests;
+    reply(connection, "no such max_tokens", "400 Bad Request");
+  });
+  EXPECT_FALSE(ask_llm(options_for(server.url()), rose_bounds(), "rose", "").material);
+  EXPECT_EQ(requests, 2) << "not for ever";
+}
+
+TEST(LlmClient, ReadsAnAnswerWithinOtherText) {
+  for (const std::string& text : {"```json\n" + std::string(kGood) + "\n```", "Here it is: " + std::string(kGood)}) {
+    const LlmAnswer answer = answer_to(envelope(text));
+    ASSERT_TRUE(answer.material) << answer.failure;
+    EXPECT_EQ(answer.material->young.typical, 3e6);
+  }
+}
+
+TEST(LlmClient, ShowsEnoughOfAServicesError) {
+  const std::string reason = std::string(120, 'x') + " quota exceeded";
+  EXPECT_NE(answer_to(reason, "429 Too Many").failure.find("quota exceeded"), std::string::npos);
 }
 
 TEST(LlmClient, SendsALabelInEveryScriptAndRemembersItByItsCharacters) {

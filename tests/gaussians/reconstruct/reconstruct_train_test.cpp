@@ -286,6 +286,43 @@ TEST_F(TrainerOnOneThread, AHoleStaysOpenOnlyWhenTheColourBehindItChanges) {
   }
 }
 
+TEST_F(TrainerOnOneThread, OpacitiesAreResetWhereTimeBetweenTwoStepsLeadsOverTheMark) {
+  const TrainingPhotos photos = photos_of(painted_ball(50, 9), 4, 24, 20);
+  TrainOptions options = quick(1, 100);
+  options.densification = Densification::kClassic;
+  options.seconds = 1e6;
+  Trainer trainer(options, photos, random_cloud(cameras_of(photos), 50, 1));
+  const auto most_opacity = [&] {
+    const std::vector<float>& logits = trainer.state().cloud.opacity_logit;
+    return *std::max_element(logits.begin(), logits.end());
+  };
+  const double mark = options.seconds * options.grow_until / (options.resets + 1);
+  const float reset = std::log(0.01f / 0.99f) + 1e-4f;
+  // What passed before the first step is no training.
+  trainer.spend(1.5 * mark);
+  trainer.step();
+  EXPECT_GT(most_opacity(), reset);
+  trainer.spend(mark);
+  trainer.step();
+  EXPECT_LE(most_opacity(), reset);
+}
+
+TEST_F(TrainerOnOneThread, TheCurveMeasuresAFewHeldOutPhotosEvenlySpread) {
+  const GaussianCloud cloud = painted_ball(50, 9);
+  TrainingPhotos photos = photos_of(cloud, 26, 24, 20);
+  for (size_t i = 0; i < photos.photos.size(); ++i) photos.photos[i].held_out = i < 24;
+  const std::vector<PhotoQuality> few = held_out_quality(cloud, photos, {}, 8);
+  ASSERT_EQ(few.size(), 8u);
+  for (size_t i = 0; i < 8; ++i) EXPECT_EQ(few[i].name, "photo_" + std::to_string(3 * i));
+  EXPECT_EQ(held_out_quality(cloud, photos, {}, 30).size(), 24u);
+  EXPECT_EQ(held_out_quality(cloud, photos, {}).size(), 24u);
+  Trainer trainer(quick(5, 100), photos, cloud);
+  trainer.measure();
+  double mean = 0;
+  for (const PhotoQuality& q : few) mean += q.psnr / 8;
+  EXPECT_NEAR(trainer.state().curve.at(0).psnr, mean, 1e-9);
+}
+
 TEST_F(TrainerOnOneThread, RefusesPhotosThatAreAllHeldOutAndStatesOfOtherPhotos) {
   TrainingPhotos photos = photos_of(painted_ball(50, 9), 4, 48, 40);
   TrainOptions options = quick(5, 100);

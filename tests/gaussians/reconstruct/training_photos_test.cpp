@@ -289,6 +289,51 @@ TEST(TrainingPhotos, DamagedAndMisshapenOnesAreLeftOutAndNamed) {
   expect_error(Failure::kInput, {"no usable photo"}, [&] { load_training_photos({}, camera_file({})); });
 }
 
+TEST(TrainingPhotos, OnesThatAreTooSmallToMeasureAreNamed) {
+  const TemporaryFolder folder;
+  const Camera camera = camera_of(30, 20, {}, "a");
+  const CameraFile file = three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png");
+  PhotoOptions options;
+  options.longest_side = 12;
+  expect_error(Failure::kInput, {"no usable photo", "a.png", "12 x 8", "at least 11", "--max-image-size"},
+               [&] { load_training_photos(options, file); });
+  options.longest_side = 17;
+  EXPECT_EQ(load_training_photos(options, file).photos[0].camera.height, 11);
+}
+
+TEST(TrainingPhotos, KnowTheLensThatWasUndone) {
+  const TemporaryFolder folder;
+  const Camera camera = camera_of(120, 90, kPincushion, "a");
+  PhotoOptions options;
+  options.longest_side = 60;
+  const TrainingPhoto photo =
+      load_training_photos(options, three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png"))
+          .photos[0];
+  EXPECT_EQ(photo.lens.distortion, kPincushion);
+  EXPECT_EQ(photo.lens.width, 60);
+  EXPECT_EQ(photo.lens.fx, camera.fx / 2);
+  EXPECT_EQ(undistortion_onto(photo.camera, photo.lens).seen, make_undistortion(camera.scaled(0.5)).seen);
+  const Camera straight = camera_of(120, 90, {}, "a");
+  const TrainingPhotos without =
+      load_training_photos({}, three_of(folder, straight, encoded(".png", photo_of_pattern(straight)), ".png"));
+  EXPECT_EQ(without.photos[0].lens.width, 0);
+}
+
+TEST(Undistortion, OfNumbersIsThatOfBytes) {
+  const Camera camera = camera_of(60, 45, kBarrel, "a");
+  ImageU8 bytes(60, 45, 3);
+  ImageF numbers(60, 45, 3);
+  for (size_t i = 0; i < bytes.data.size(); ++i) {
+    bytes.data[i] = static_cast<uint8_t>(37 * i % 256);
+    numbers.data[i] = bytes.data[i] / 255.0f;
+  }
+  const Undistortion lens = make_undistortion(camera);
+  const ImageU8 of_bytes = undistorted(lens, bytes);
+  const ImageF of_numbers = undistorted(lens, numbers);
+  ASSERT_EQ(of_numbers.data.size(), of_bytes.data.size());
+  for (size_t i = 0; i < of_bytes.data.size(); ++i) EXPECT_NEAR(255 * of_numbers.data[i], of_bytes.data[i], 0.501) << i;
+}
+
 TEST(TrainingPhotos, SomeAreLeftToTrainOn) {
   const TemporaryFolder folder;
   const Camera camera = camera_of(30, 20, {}, "a");
