@@ -32,7 +32,9 @@ void add_predict(CLI::App& app, Program& program) {
         return nlohmann::json::object();
       }
       RunDirectory run = RunDirectory::open(*directory);
-      const Scene scene = load_run_scene(run);
+      Scene scene = load_run_scene(run);
+      inputs_of(run, scene, *stage);  // nothing is assumed for what will be refused
+      assume_height(context, run, scene, *stage);
       const nlohmann::json summary = run_predict(context, run, scene, *stage);
       if (*preview) run_preview(context, run, scene, *stage);
       return summary;

@@ -9,6 +9,7 @@
 #include "app/predict/object_prior.h"
 #include "app/predict/object_samples.h"
 #include "app/run/attach_scene.h"
+#include "app/seed/body_pieces.h"
 #include "app/seed/fill_stage.h"
 #include "app/seed/particle_budget.h"
 #include "app/simulate/clip_camera.h"
@@ -35,13 +36,15 @@ namespace {
 constexpr double kHighestFrequency = 15;  // Hz, half the frame rate of a clip: what sways faster does not show
 constexpr double kSlowestSoftened = 3;    // Hz, of what is made softer so that a clip is simulated in good time
 constexpr int kSwayParticles = 1000;
+constexpr double kUsualSoftness = 0.5;
 
 /// What is asked of the table, and with --llm-url of a language model, which sees one view of the object.
 PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianCloud& object, const RunDirectory& run) {
   const PredictStage& stage = in.options;
   PriorQuestion question{stage.material, stage.label, in.found["name"], {}, {}};
   if (stage.llm_url.empty()) return question;
-  question.llm = {.url = stage.llm_url, .model = stage.llm_model, .key = llm_key(), .cache = run / "llm_answers"};
+  question.llm = {
+      .url = stage.llm_url, .model = stage.llm_model, .key = llm_key(stage.llm_url), .cache = run / "llm_answers"};
   const std::filesystem::path view = run / "llm_view.png";
   RenderOptions options;
   options.antialiased = in.scene.report.antialiased;
@@ -63,8 +66,9 @@ MaterialDistribution distribute(const SolidFile& file, const SolidSamples& sampl
                              moving, means);
 }
 
-/// The largest piece of the simulated part as few particles.
-Particles coarse_body(const SolidFile& file, const SolidSamples& samples, const ElasticSamples& solid, uint64_t seed) {
+/// The largest held piece of the simulated part as few particles.
+Particles coarse_body(const SolidFile& file, const SolidSamples& samples, const ElasticSamples& solid,
+                      const std::vector<Interaction>& pins, uint64_t seed) {
   std::vector<int> moving;
   for (size_t i = 0; i < samples.size(); ++i)
     if (file.simulated[i]) moving.push_back(static_cast<int>(i));
@@ -72,9 +76,12 @@ Particles coarse_body(const SolidFile& file, const SolidSamples& samples, const 
   const SolidSamples all = samples.select(moving);
   const float reach = 2 * static_cast<float>(std::cbrt(all.total_volume() / kSwayParticles));
   const Pieces pieces = find_pieces(all.position, all.volume, reach);
+  std::vector<Region> regions;
+  for (const Interaction& pin : pins) regions.push_back(pin.region);
+  const int held = largest_held(pieces, all, regions);
   std::vector<int> body;
   for (size_t i = 0; i < moving.size(); ++i)
-    if (pieces.piece[i] == 0) body.push_back(moving[i]);
+    if (pieces.piece[i] == held) body.push_back(moving[i]);
   DriverOptions options;
   options.count = kSwayParticles;
   options.seed = seed;
@@ -83,9 +90,8 @@ Particles coarse_body(const SolidFile& file, const SolidSamples& samples, const 
 }
 
 /// How fast `body` sways, in the softer of two level directions.  None where it sways too slowly to measure.
-std::optional<double> frequency_of(const Particles& body, const SolidFile& file, const SolidSamples& samples,
+std::optional<double> frequency_of(const Particles& body, std::vector<Interaction> pins, const SolidSamples& samples,
                                    const Scene& scene) {
-  std::vector<Interaction> pins = pins_of(file.pinned_json, scene);
   if (pins.empty()) {
     double low = INFINITY, high = -INFINITY;
     for (const Vec3f& x : samples.position) {
@@ -107,13 +113,20 @@ std::optional<double> frequency_of(const Particles& body, const SolidFile& file,
 /// Whether such a thing is known to sway.
 bool sways(const ObjectPrior& prior) { return prior.frequency && prior.frequency->typical > 0; }
 
-/// The frequency that the object is to have, [Hz], where with its present E it has `frequency`.
-double wanted_frequency(const ObjectPrior& prior, double softness, double frequency) {
-  if (prior.guessed) return at_softness(*prior.frequency, softness);
+/// The frequency that the object is to have at the usual softness, [Hz], where with its typical E it has `frequency`.
+double wanted_frequency(const ObjectPrior& prior, double frequency) {
+  if (prior.guessed) return prior.frequency->typical;
   const double low = sways(prior) ? prior.frequency->low : 0,
                high = sways(prior) ? prior.frequency->high : kHighestFrequency;
   const double most = std::min(high, kHighestFrequency);
   return std::clamp(frequency, std::min(low, most), most);
+}
+
+/// E at a softness / typical E; `by_frequency`: that of a guess, whose band is one of frequencies.
+double softness_factor(const ObjectPrior& prior, bool by_frequency, double softness) {
+  if (!by_frequency) return at_softness(prior.young, softness) / prior.young.typical;
+  const double faster = at_softness(*prior.frequency, softness) / prior.frequency->typical;
+  return faster * faster;
 }
 
 json band_json(const Band& band) { return {{"low", band.low}, {"typical", band.typical}, {"high", band.high}}; }
@@ -124,8 +137,7 @@ double first_of(const std::optional<double>& a, const std::optional<double>& b, 
 
 /// Whether a material or a softness is asked for.
 bool asks(const PredictStage& stage) {
-  return !stage.label.empty() || !stage.material.empty() || stage.softness != PredictStage().softness ||
-         !stage.llm_url.empty();
+  return !stage.label.empty() || !stage.material.empty() || stage.softness || !stage.llm_url.empty();
 }
 
 json predict_object(const Context& context, const RunDirectory& run, const StageInputs<PredictStage>& in,
@@ -141,37 +153,45 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   // Who asks for a material wants its E; else that of the scene file stays.
   const std::optional<double> young_of_file = asks(stage) ? std::nullopt : scene_file.young;
   const bool young_given = stage.given.young || young_of_file;
-  const MaterialMeans means = {first_of(stage.given.young, young_of_file, at_softness(prior.young, stage.softness)),
+  const MaterialMeans means = {first_of(stage.given.young, young_of_file, prior.young.typical),
                                first_of(stage.given.poisson, scene_file.poisson, prior.poisson.typical),
                                first_of(stage.given.density, scene_file.density, prior.density.typical)};
   const MaterialDistribution field = distribute(file, samples, object, scene, stage.weights, prior.young, means);
 
   ElasticSamples solid{field.young, field.poisson, field.density};
-  const Particles body = coarse_body(file, samples, solid, context.seed);
-  const std::optional<double> shown = frequency_of(body, file, samples, scene);
+  const std::vector<Interaction> pins = pins_of(file.pinned_json, scene);
+  const Particles body = coarse_body(file, samples, solid, pins, context.seed);
+  const std::optional<double> shown = frequency_of(body, pins, samples, scene);
   CoarseCost cost = cost_of(body, kSwayParticles);
   double factor = 1, frequency = shown.value_or(0);
   if (shown && !young_given) {
-    frequency = wanted_frequency(prior, stage.softness, *shown);
+    frequency = wanted_frequency(prior, *shown);
     // A guess, and what is made softer than it is, sways no faster than few particles can be simulated in good time.
-    const bool made = prior.guessed ? stage.softness == PredictStage().softness : frequency < *shown;
-    if (made)
+    if (prior.guessed || frequency < *shown)
       frequency = std::clamp(*shown * kUsualParticleSteps / particle_steps(cost, kFewestParticles),
                              std::min(sways(prior) ? prior.frequency->low : kSlowestSoftened, frequency), frequency);
     factor = (frequency / *shown) * (frequency / *shown);
   }
-  for (float& E : solid.young) E *= static_cast<float>(factor);
-  cost.steps_per_second *= std::sqrt(factor);
-  const double young = means.young * factor;
+  // The band is that of the typical E, whichever E of it is asked for.
   Band young_band = {prior.young.low * factor, prior.young.typical * factor, prior.young.high * factor};
-  if (prior.guessed && shown)
+  if (prior.guessed && shown) {
+    const double slower = young_given ? 1 : frequency / prior.frequency->typical;
     for (double Band::*end : {&Band::low, &Band::typical, &Band::high})
-      young_band.*end = means.young * std::pow((*prior.frequency).*end / *shown, 2);
-
+      young_band.*end = means.young * std::pow(slower * (*prior.frequency).*end / *shown, 2);
+  }
   std::string words = prior.source;
   if (std::abs(factor - 1) > 1e-3 && !prior.guessed)
     words += fmt::format("; E multiplied by {:.3g}, because with {:.3g} Pa it would sway at {:.3g} Hz", factor,
                          means.young, *shown);
+  const double softness = stage.softness.value_or(kUsualSoftness);
+  if (!young_given) {
+    const double stiffer = softness_factor(prior, prior.guessed && shown, softness);
+    frequency *= std::sqrt(stiffer);
+    factor *= stiffer;
+  }
+  for (float& E : solid.young) E *= static_cast<float>(factor);
+  cost.steps_per_second *= std::sqrt(factor);
+  const double young = means.young * factor;
   write_material(run / in.outputs[0],
                  {solid.young, solid.poisson, solid.density, "predicted for '" + prior.name + "'",
                   file.samples.position, file.samples.volume, field.sigma},
@@ -194,7 +214,7 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
           {"guessed", prior.guessed},
           {"unanswered", prior.unanswered},
           {"source", words},
-          {"softness", stage.softness},
+          {"softness", softness},
           {"given", given},
           {"young", young},
           {"young_band", band_json(young_band)},
@@ -219,7 +239,7 @@ StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene,
   if (stage.llm_url.empty() != stage.llm_model.empty())
     throw usage_error("predict", stage.llm_url.empty() ? "--llm-model" : "--llm-url", "was given without the other",
                       "give --llm-url and --llm-model, or neither");
-  if (stage.given.young && stage.softness != PredictStage().softness)
+  if (stage.given.young && stage.softness)
     throw usage_error("predict", "--softness", "does nothing with --young, which sets the mean",
                       "leave one of them out");
   run.summary("fill", "run `pliant seed` first");
@@ -285,7 +305,7 @@ OptionTable options_of(PredictStage& stage) {
         .value = "NAME"},
        {.name = "softness",
         .field = &stage.softness,
-        .help = "Position of E in its predicted range: 0 = stiffest, 1 = softest",
+        .help = "E in its predicted range: 0 = stiffest, 1 = softest (default: 0.5)",
         .low = 0,
         .high = 1},
        {.name = "weights",
@@ -296,7 +316,8 @@ OptionTable options_of(PredictStage& stage) {
         .recorded = Recorded::kContents},
        {.name = "llm-url",
         .field = &stage.llm_url,
-        .help = "OpenAI-compatible service that is asked for the material; key: PLIANT_LLM_KEY in the environment",
+        .help =
+            "OpenAI-compatible service asked for the material; key: PLIANT_LLM_KEY (api.openai.com: or OPENAI_API_KEY)",
         .value = "URL"},
        {.name = "llm-model", .field = &stage.llm_model, .help = "Model of that service", .value = "NAME"}}};
   for (Option& option : material_options(stage.given)) table.options.push_back(std::move(option));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "app/run/options.h"
@@ -12,10 +13,10 @@ namespace pliant {
 
 /// predict: what the object is made of, from its name and its shape -> objects/.../predicted.h5.
 struct PredictStage {
-  std::string label;     ///< what the object is; empty = the name that it has
-  std::string material;  ///< of the table, instead of a label
-  double softness = 0.5;
-  std::string weights;  ///< of train-predictor; empty = those that ship
+  std::string label;               ///< what the object is; empty = the name that it has
+  std::string material;            ///< of the table, instead of a label
+  std::optional<double> softness;  ///< of E in its band; none = 0.5, and no material is asked for by it
+  std::string weights;             ///< of train-predictor; empty = those that ship
   std::string llm_url, llm_model;
   MaterialValues given;  ///< command line's, which are kept
 };

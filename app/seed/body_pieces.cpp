@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "gaussians/base/nearest.h"
 #include "gaussians/io/images/image_io.h"
@@ -22,13 +23,27 @@ const Vec3f kRest(0.6f, 0.6f, 0.6f);  // colour of what is not simulated
 
 bool BodyPieces::any_loose() const { return std::find(loose.begin(), loose.end(), 1) != loose.end(); }
 
+std::vector<uint8_t> held_pieces(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins) {
+  std::vector<uint8_t> held(pieces.size(), 0);
+  for (size_t i = 0; i < samples.size(); ++i)
+    for (const Region& pin : pins)
+      if (pin.signed_distance(samples.position[i].cast<double>()) < 0) held[pieces.piece[i]] = 1;
+  return held;
+}
+
+int largest_held(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins) {
+  const std::vector<uint8_t> held = held_pieces(pieces, samples, pins);
+  const auto first = std::find(held.begin(), held.end(), 1);
+  return first == held.end() ? 0 : static_cast<int>(first - held.begin());
+}
+
 BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Region>& pins, SimulatedPart& part) {
   BodyPieces body;
   body.samples = part.kept;
   const SolidSamples kept = samples.select(part.kept);
   body.pieces = find_pieces(kept.position, kept.volume, kPieceReach * part.cell_size);
   const size_t n = body.pieces.size();
-  body.loose.assign(n, 1);
+  body.held = held_pieces(body.pieces, kept, pins);
   body.centre.assign(n, Vec3f::Zero());
   body.count.assign(n, 0);
   const double whole = kept.total_volume();
@@ -36,11 +51,9 @@ BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Regio
     const int p = body.pieces.piece[i];
     ++body.count[p];
     body.centre[p] += kept.position[i] * static_cast<float>(kept.volume[i] / body.pieces.weight[p]);
-    for (const Region& pin : pins)
-      if (pin.signed_distance(kept.position[i].cast<double>()) < 0) body.loose[p] = 0;
   }
   for (size_t p = 0; p < n; ++p)
-    if (p == 0 || body.pieces.weight[p] >= kOwnBody * whole) body.loose[p] = 0;
+    body.loose.push_back(!body.held[p] && p > 0 && body.pieces.weight[p] < kOwnBody * whole);
   if (!body.any_loose()) return body;
   part.kept.clear();
   part.volume = 0;
@@ -53,6 +66,17 @@ BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Regio
 }
 
 void tell_loose(const Context& context, const BodyPieces& body) {
+  constexpr int kPercent = 100;
+  const bool any_held = std::find(body.held.begin(), body.held.end(), 1) != body.held.end();
+  const double whole = std::accumulate(body.pieces.weight.begin(), body.pieces.weight.end(), 0.0);
+  for (size_t p = 0; p < body.held.size(); ++p) {
+    if (!any_held || body.held[p] || body.loose[p]) continue;
+    const Vec3f& c = body.centre[p];
+    context.progress.warn(fmt::format(
+        "a piece of {:.0f} % of the volume around ({:.3f}, {:.3f}, {:.3f}) is held by nothing and will drift "
+        "(pieces.png; \"pinned\" in scene.json holds it)",
+        kPercent * body.pieces.weight[p] / whole, c.x(), c.y(), c.z()));
+  }
   std::string places;
   size_t loose = 0, samples = 0;
   for (size_t p = 0; p < body.loose.size(); ++p) {

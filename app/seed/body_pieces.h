@@ -17,6 +17,7 @@ constexpr float kPieceReach = 0.75f;
 struct BodyPieces {
   Pieces pieces;
   std::vector<int> samples;    ///< [N] indices of the samples that `pieces` numbers
+  std::vector<uint8_t> held;   ///< [pieces] 1 = by a region
   std::vector<uint8_t> loose;  ///< [pieces] 1 = too small for a body of its own, and neither held by a region
   std::vector<Vec3f> centre;   ///< [pieces] scene units
   std::vector<size_t> count;   ///< [pieces] samples
@@ -24,11 +25,16 @@ struct BodyPieces {
   bool any_loose() const;
 };
 
+/// [pieces] 1 = one of the regions holds a sample of the piece.
+std::vector<uint8_t> held_pieces(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins);
+/// The largest piece that is held; the largest of all where none is.
+int largest_held(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins);
+
 /// Pieces of what `part` simulates.  Those that hang on nothing are taken out of it: their Gaussians follow the nearest
 /// driving particles then.
 BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Region>& pins, SimulatedPart& part);
 
-/// Says what is loose, and where.
+/// Says what is loose, and what of its own body nothing holds while another piece is held, and where.
 void tell_loose(const Context& context, const BodyPieces& body);
 /// [{samples, volume, centre, simulated}], by falling volume; of many pieces the first 100.
 nlohmann::json pieces_json(const BodyPieces& body);

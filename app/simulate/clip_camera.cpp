@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/orbit.h"
 
 namespace pliant {
 namespace {
@@ -50,8 +51,9 @@ Camera closer(const Camera& camera, const Box& box, const Eigen::Vector3d& up, d
   out.name = camera.name;
   const std::optional<Rectangle> seen = projection(out, box);
   if (!seen) return camera;
+  constexpr double kLeastExtent = 1e-6;
   const Eigen::Vector2d extent = (seen->high - seen->low).cwiseQuotient(Eigen::Vector2d(camera.width, camera.height));
-  const double zoom = std::max(1.0, share / extent.maxCoeff());
+  const double zoom = std::max(1.0, share / std::max(extent.maxCoeff(), kLeastExtent));
   out.fx *= zoom;
   out.fy *= zoom;
   return out;
@@ -67,6 +69,10 @@ Box robust_bounds(const GaussianCloud& cloud) {
     std::sort(values.begin(), values.end());
     box.low[axis] = values[static_cast<size_t>(0.02 * (values.size() - 1))];
     box.high[axis] = values[static_cast<size_t>(0.98 * (values.size() - 1))];
+  }
+  if (const double reach = seen_beyond(cloud, box.size().norm()); reach > 0) {
+    box.low.array() -= static_cast<float>(reach);
+    box.high.array() += static_cast<float>(reach);
   }
   return box;
 }

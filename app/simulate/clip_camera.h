@@ -14,7 +14,7 @@ std::string wanted_camera(const Scene& scene, const std::string& name);
 /// object and with a lens that shows it large.
 Camera clip_camera(const Scene& scene, const std::string& name, const Box& object);
 
-/// 2nd to 98th percentile of the positions, along each axis.
+/// 2nd to 98th percentile of the positions, along each axis; of few large Gaussians also what is seen beyond these.
 Box robust_bounds(const GaussianCloud& cloud);
 
 }  // namespace pliant

@@ -12,7 +12,8 @@ constexpr int kParticlesOfCell = 8;
 
 }  // namespace
 
-PushPlace default_push_place(const Particles& particles, const Vec3d& up, const Vec3d& camera_right) {
+PushPlace default_push_place(const Particles& particles, const ObjectTip& object_tip, const Vec3d& up,
+                             const Vec3d& camera_right) {
   double low = INFINITY, high = -INFINITY;
   for (const Vec3f& x : particles.position) {
     const double h = up.dot(x.cast<double>());
@@ -22,9 +23,8 @@ PushPlace default_push_place(const Particles& particles, const Vec3d& up, const 
   std::vector<Vec3d> top;
   Vec3d sum = Vec3d::Zero();
   double mass = 0;
-  for (size_t p = 0; p < particles.size(); ++p) {
+  for (const int p : object_tip.particles) {
     const Vec3d x = particles.position[p].cast<double>();
-    if (up.dot(x) < high - 0.1 * (high - low)) continue;
     top.push_back(x);
     sum += particles.mass[p] * x;
     mass += particles.mass[p];

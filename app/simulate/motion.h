@@ -1,15 +1,28 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <vector>
 
 #include "app/store/particles.h"
 #include "app/store/trajectory.h"
+#include "physics/loads/region.h"
 
 namespace pliant {
 
-/// How the tip (mean of the highest tenth along `up`) moved, as shares of `height` [scene units]: tip_peak, tip_end,
+/// The driving particles whose motion is taken for that of an object, and which the automatic push moves.
+struct ObjectTip {
+  std::vector<int> particles;  ///< ascending
+  bool top = true;             ///< the highest tenth; else the end that is farthest from what holds the object
+};
+
+/// The highest tenth along `up`, unless what `pins` [scene units] hold lies near it: where it is less than a third as
+/// far from them as the farthest particle, the end around that particle, of the tenth that is farthest from them.
+/// Separate pieces that no pin holds do not count while another one is held.
+ObjectTip tip_of(const ParticleFile& particles, const std::vector<Region>& pins, const Vec3d& up);
+
+/// How the tip (the mean of its particles) moved, as shares of `height` [scene units]: tip_peak, tip_end,
 /// tip_drift_before (largest displacement in the first `quiet` seconds), and the largest motion of any particle.
-nlohmann::json describe_motion(const TrajectoryFile& trajectory, const ParticleFile& particles, const Vec3d& up,
+nlohmann::json describe_motion(const TrajectoryFile& trajectory, const ParticleFile& particles, const ObjectTip& tip,
                                double height, double quiet = 0.25);
 
 }  // namespace pliant

@@ -10,6 +10,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "physics/laws/law.h"
+#include "physics/simulate/loads.h"
 #include "physics/simulate/settle.h"
 
 namespace pliant {
@@ -23,15 +24,22 @@ fs::path file_of_material(const RunDirectory& run, const json& session) {
   return session.contains("uniform") ? fs::path() : run / session["material_file"].get<std::string>();
 }
 
+/// Whether an interaction is a finger that stays where it is.
+bool is_standing_finger(const Interaction& it) {
+  return it.type == InteractionType::kPoke &&
+         std::all_of(it.path.begin(), it.path.end(),
+                     [&](const Interaction::PathPoint& p) { return p.position == it.path.front().position; });
+}
+
 /// Adds what of the script acts from the start to the end of the simulation: holds, weights and gravity.
 void add_lasting(const std::vector<Interaction>& script, double duration, SessionSetup& setup) {
   const Vec3d captured = setup.options.gravity;
   for (const Interaction& it : script) {
-    if (it.start != 0 || it.end() < duration) continue;
+    if (it.start != 0 || end_of(it) < duration) continue;
     if (it.type == InteractionType::kGravity) setup.options.gravity = it.vector;
     if (it.type == InteractionType::kCollider && (moves(it) || it.container))
       setup.refused = "an obstacle of the interactions moves or is a container";
-    if (moves(it)) continue;
+    if (moves(it) && !is_standing_finger(it)) continue;
     const std::vector<Interaction> resting = resting_interactions({it});
     setup.held.insert(setup.held.end(), resting.begin(), resting.end());
   }
@@ -83,6 +91,9 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
   setup.options.damping_time = simulated["damping_time_s"];
   for (int a = 0; a < 3; ++a) setup.options.gravity[a] = session["gravity_m_s2"][a];
   setup.options.object_friction = session["contact_friction"];
+  setup.options.grid = grid_kind(session.value("solver", "auto"));
+  setup.options.flip_time = session.value("flip_time_s", 0.0);
+  setup.options.sleep_speed = session.value("sleep_speed_m_s", 0.0);
   const json found = extracted(run, {"height", "contact"});
   setup.height = found["height"].get<double>() * scene.metres_per_unit;
   setup.held = pins_of(particles.pinned_json, scene);

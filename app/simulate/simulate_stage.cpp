@@ -97,6 +97,19 @@ bool is_output_of_fit(const RunDirectory& run, const std::string& file) {
   return std::find(outputs.begin(), outputs.end(), file) != outputs.end();
 }
 
+/// Metres per unit with which the material was predicted.
+double scale_of_prediction(const RunDirectory& run, const Scene& scene) {
+  const json& record = run.manifest()["stages"]["predict"];
+  return record.value("scene", json::object()).value("metres_per_unit", scene.metres_per_unit);
+}
+
+/// What the command line and the scene file say nothing of, beside an E of their own, is as predicted.
+void take_predicted(const json& prediction, const MaterialValues& file, MaterialValues& typed) {
+  if (!typed.poisson && !file.poisson) typed.poisson = prediction["poisson"].get<double>();
+  if (!typed.density && !file.density) typed.density = prediction["density"].get<double>();
+  if (typed.law.empty() && file.law.empty()) take_law(prediction["material"], typed);
+}
+
 /// Relative to the run directory where it lies in there.
 std::string recorded_path(const RunDirectory& run, const fs::path& file) {
   const fs::path relative = fs::absolute(file).lexically_relative(fs::absolute(run.path()));
@@ -176,13 +189,17 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
         fmt::format("the object is not pinned: settling moved it by {:.0f} % of its height before the first frame "
                     "(--settle-time 0 starts from the captured position)",
                     100 * s.settle_displacement / height));
-  const json motion = describe_motion(trajectory, body.file, scene.up, in.found["height"].get<double>());
+  const ObjectTip tip = physgaussian ? tip_of(body.file, {}, scene.up) : tip_of(body, scene);
+  const json motion = describe_motion(trajectory, body.file, tip, in.found["height"].get<double>());
   context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                    100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
   json session = {{"law", law_name(body.particles.materials[0].law)},
                   {"viscosity_time_s", body.particles.materials[0].viscosity_time},
                   {"gravity_m_s2", {plan.options.gravity.x(), plan.options.gravity.y(), plan.options.gravity.z()}},
                   {"contact_friction", plan.options.object_friction},
+                  {"solver", stage.solver},
+                  {"flip_time_s", plan.options.flip_time},
+                  {"sleep_speed_m_s", plan.options.sleep_speed},
                   {"duration_s", plan.options.duration},
                   {"obstacles", stage.obstacles},
                   {"physgaussian", physgaussian}};
@@ -229,6 +246,8 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();
   const bool predicted = !physgaussian && !given && !fitted && !stage.material.young && run.has("predict");
+  if (predicted && scale_of_prediction(run, scene) != scene.metres_per_unit)
+    throw usage_error("simulate", "", "would use a prediction made with another scale", "run `pliant predict` again");
   const fs::path velocity_file = started ? fs::path(stage.velocity_file) : run / (folder + "/velocity.h5");
   const bool replay = started || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
 
@@ -271,6 +290,8 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
     if (in.options.material.law.empty() && in.scene.settings.material.law.empty())
       take_law(prediction["material"], in.options.material);
   }
+  if (!physgaussian && !given && !fitted && !predicted && run.has("predict"))
+    take_predicted(run.summary("predict", ""), in.scene.settings.material, in.options.material);
   if (!physgaussian)
     in.found["material"] =
         material_to_json(check_material(in.scene, in.options.material, fields ? SetBy::kFields : SetBy::kNothing));

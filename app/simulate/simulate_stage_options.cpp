@@ -58,7 +58,9 @@ OptionTable options_of(SimulateStage& stage) {
            .low = 0},
           {.name = "auto-push",
            .field = &stage.push,
-           .help = "Peak deflection of the automatic push, as a fraction of the object's height",
+           .help =
+               "Peak deflection of the automatic push, as a fraction of the object's height (of a flat one: of a fifth "
+               "of its extent)",
            .low = 0.001,
            .high = 1,
            .formerly = "push"},

@@ -37,6 +37,13 @@ std::vector<Interaction> pins_of(const std::string& pinned_json, const Scene& sc
   return pins;
 }
 
+ObjectTip tip_of(const SimulatedBody& body, const Scene& scene) {
+  std::vector<Region> pins;
+  for (const Interaction& pin : pins_of(body.file.pinned_json, scene))
+    pins.push_back(pin.region.scaled(1 / scene.metres_per_unit));
+  return tip_of(body.file, pins, scene.up);
+}
+
 namespace {
 
 /// Whether a ground is about the plane of the floor, or above it, from the start; both normals are of length 1.
@@ -101,17 +108,27 @@ Interaction obstacle_of(const Context& context, const std::filesystem::path& fil
   return obstacle;
 }
 
-/// Without a script: one sideways push at the top, as strong as the body's stiffness asks for.
+/// What the push's deflection is a share of [m]: the height, but of a flat thing a part of its whole extent.
+double size_of(const json& extract, const Scene& scene, const Particles& particles) {
+  constexpr double kFlat = 0.2;
+  Box box;
+  for (const Vec3f& x : particles.position) box.add(x);
+  return std::max(extract["height"].get<double>() * scene.metres_per_unit,
+                  kFlat * static_cast<double>(box.size().norm()));
+}
+
+/// Without a script: one sideways push at the tip, as strong as the body's stiffness asks for.
 json sized_push(const Context& context, const SimulationPlan& plan, const std::filesystem::path& object,
                 const json& extract, const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
                 std::vector<Interaction> held, double start, json& push) {
   const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(object)));
   const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
-  const PushPlace place = default_push_place(body.particles, scene.up, right);
+  const ObjectTip tip = tip_of(body, scene);
+  const PushPlace place = default_push_place(body.particles, tip, scene.up, right);
   PushOptions sizing;
   sizing.simulate = plan.options;
   sizing.up = scene.up;
-  sizing.height = extract["height"].get<double>() * scene.metres_per_unit;
+  sizing.height = size_of(extract, scene, body.particles);
   sizing.fraction = stage.push;
   sizing.duration = kPushDuration;
   if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
@@ -125,9 +142,9 @@ json sized_push(const Context& context, const SimulationPlan& plan, const std::f
   const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
   context.progress.end();
   push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
-  context.progress.say(
-      fmt::format("simulate: no interactions given: one push of {:.3g} N at the top, from {} s to {} s", size.newtons,
-                  start, start + kPushDuration));
+  context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the {}, from {} s to {} s",
+                                   size.newtons, tip.top ? "top" : "end farthest from what holds it", start,
+                                   start + kPushDuration));
   return json::array({push_row(place, size.newtons, start, kPushDuration, scene.metres_per_unit)});
 }
 
@@ -152,6 +169,32 @@ void set_by_hold(const Context& context, const SimulateStage& stage, bool held, 
   options.damping_time = stage.damping_time.value_or(held ? kDampingTime : 0);
   if (!held && !stage.damping_time)
     context.progress.say("simulate: no pin holds the object: its motion is not damped (see --damping-time)");
+}
+
+/// Whether something stops the fall of a body that no pin holds: a floor, or of the interactions what stands there at
+/// the start.
+bool is_stopped(const SimulationPlan& plan, const SimulateStage& stage, const json& extract, const Scene& scene) {
+  if (stage.obstacles || (stage.floor && floor_of(extract, plan.interactions, scene))) return true;
+  return std::any_of(plan.interactions.begin(), plan.interactions.end(), [](const Interaction& it) {
+    return it.start <= 0 && (it.type == InteractionType::kGround || it.type == InteractionType::kCollider);
+  });
+}
+
+/// Of what nothing stops: it would be gone before the first frame, and where nobody asks for it it does not fall.
+void set_by_fall(const Context& context, const SimulateStage& stage, SimulationPlan& plan) {
+  Vec3d gravity = plan.options.gravity;
+  for (const Interaction& it : plan.interactions)
+    if (it.type == InteractionType::kGravity && it.start <= 0) gravity = it.vector;
+  if (gravity.isZero()) return;
+  plan.options.settle_time = 0;
+  // A floor that is left out, and a script, are for what falls.
+  const bool falls = !stage.interactions.empty() || !stage.floor;
+  if (!falls) plan.options.gravity.setZero();
+  context.progress.say(
+      falls
+          ? "simulate: nothing holds or stops the object: it falls from the captured position, without settling"
+          : "simulate: nothing holds or stops the object: it stays where it is, without gravity (pin a part of it with "
+            "`seed --pin-below`, or give a ground with --interactions)");
 }
 
 void add_floor(const Context& context, const json& extract, const Scene& scene, SimulationPlan& plan) {
@@ -237,7 +280,9 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
     plan.interactions = parse_interactions(text, frame, stage.interactions);
     plan.script = json::parse(text);
   }
-  set_by_hold(context, stage, is_held(plan, pins, body.particles), plan.options);
+  const bool held = is_held(plan, pins, body.particles);
+  set_by_hold(context, stage, held, plan.options);
+  if (!moving && !held && !is_stopped(plan, stage, extract, scene)) set_by_fall(context, stage, plan);
   warn_of_work(context, plan.options, body.particles);
   if (!moving && stage.interactions.empty() && stage.duration <= *push_start)
     context.progress.say(

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "app/import/physgaussian_world.h"
+#include "app/simulate/motion.h"
 #include "app/simulate/simulate_stage.h"
 #include "app/store/particles.h"
 #include "physics/body/make_particles.h"
@@ -31,6 +32,9 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
 /// What `seed` says holds the object, in metres; `pinned_json` is that of solid.h5 or particles.h5.
 std::vector<Interaction> pins_of(const std::string& pinned_json, const Scene& scene);
 
+/// Its tip, given what `seed` says holds it.
+ObjectTip tip_of(const SimulatedBody& body, const Scene& scene);
+
 /// The plane that the object rests on, as a floor that nothing passes: the support's plane that `extract` found, unless
 /// a ground of the interactions that acts from the start is about that plane (normals within 30 degrees, at most 5 % of
 /// the object's height below) or lies above it.
@@ -50,7 +54,8 @@ constexpr double kPushStart = 0.3;  // s
 
 /// From the stage's options: an interaction script, or one push from `push_start` [s] on that is sized to the
 /// stiffness, or nothing where that is not given because the body moves already; pins, the support's floor.  Damping by
-/// default only where a pin holds the body at the start. `files`: object, for the push, and background, for an
+/// default only where a pin holds the body at the start.  A body that nothing holds or stops at the start does not
+/// settle, and feels no gravity where no script is given.  `files`: object, for the push, and background, for an
 /// obstacle; `extract`: height and contact that it found.
 SimulationPlan plan_simulation(const Context& context, const InputFiles& files, const nlohmann::json& extract,
                                const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,

@@ -108,9 +108,21 @@ Framing robust_framing(const GaussianCloud& cloud, const Eigen::Vector3d& up) {
   return framing;
 }
 
+double seen_beyond(const GaussianCloud& cloud, double diagonal) {
+  constexpr double kReach = 2;  // standard deviations, to either side
+  std::vector<float> size(cloud.size());
+  for (size_t i = 0; i < cloud.size(); ++i) size[i] = std::exp(cloud.log_scale[i].maxCoeff());
+  const double reach = kReach * weighted_percentile(size, opacities(cloud), 0.5);
+  return diagonal < 2 * reach ? reach : 0;
+}
+
 std::vector<Camera> orbit_cameras(const OrbitOptions& options, const GaussianCloud& cloud, const Eigen::Vector3d& up) {
   CHECK(options.views > 0 && !options.elevations.empty());
-  const Framing framing = robust_framing(cloud, up);
+  Framing framing = robust_framing(cloud, up);
+  if (const double reach = seen_beyond(cloud, framing.diagonal()); reach > 0) {
+    framing.low.array() -= reach;
+    framing.high.array() += reach;
+  }
   const Eigen::Vector3d centre = framing.centre(), vertical = framing.axes.col(2);
   const double focal = 0.5 * std::max(options.width, options.height) / std::tan(0.5 * options.field_of_view * kDegree);
   std::vector<Eigen::Vector3d> direction(options.views);

@@ -23,6 +23,11 @@ Framing robust_framing(const GaussianCloud& cloud, const Eigen::Vector3d& up);
 /// Opacity times the product of the two largest standard deviations, [N], these capped so that haze does not count.
 std::vector<float> visible_area(const GaussianCloud& cloud);
 
+/// How far a cloud is seen beyond the box of its centres, whose diagonal is given: two median standard deviations where
+/// that box is smaller than the Gaussians themselves, as of a single one; else 0, because percentiles of many centres
+/// are the box of what is seen.
+double seen_beyond(const GaussianCloud& cloud, double diagonal);
+
 struct OrbitOptions {
   int views = 24;
   int width = 800, height = 600;

@@ -27,12 +27,6 @@ Pin sprung_pin(const Region& region, double inset) {
   return region.kind == Region::Kind::kCylinder ? Pin(region, inset) : Pin(region.grown(-inset));
 }
 
-/// A grab or finger without a duration ends with its path, unless that is a single point.
-double end_of(const Interaction& it) {
-  const bool follows = it.type == InteractionType::kGrab || it.type == InteractionType::kPoke;
-  return follows && std::isinf(it.duration) && it.path.size() > 1 ? it.start + it.path.back().time : it.end();
-}
-
 /// The inside of a box is bounded by six walls, each with a normal of its own: its corners hold as well.
 void add_collider(Collider collider, std::vector<Collider>& colliders) {
   if (!collider.container || collider.grid || collider.shape.kind != Region::Kind::kBox) {
@@ -50,6 +44,11 @@ void add_collider(Collider collider, std::vector<Collider>& colliders) {
 }
 
 }  // namespace
+
+double end_of(const Interaction& it) {
+  const bool follows = it.type == InteractionType::kGrab || it.type == InteractionType::kPoke;
+  return follows && std::isinf(it.duration) && it.path.size() > 1 ? it.start + it.path.back().time : it.end();
+}
 
 template <class T>
 LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticles<T>& particles,

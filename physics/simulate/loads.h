@@ -42,6 +42,9 @@ struct LoadsGradient {
         max_force(interactions, 0.0) {}
 };
 
+/// When it ends [s]: a grab or finger without a duration ends with its path, unless that is a single point.
+double end_of(const Interaction& interaction);
+
 /// Turns an interaction script into what acts during each substep.
 template <class T>
 class LoadSchedule {

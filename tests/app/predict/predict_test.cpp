@@ -151,6 +151,11 @@ TEST_F(Predict, APartOfTheMaterialInTheSceneFileIsKept) {
   // A label asks for the E of such a thing.
   ASSERT_EQ(run({"--label", "sunflower"}), 0);
   EXPECT_NE(summary("predict")["young"], 2e4);
+  // So does any softness, and the usual one too.
+  ASSERT_EQ(run_quietly({"predict", (folder_ / "run").string()}), 0);
+  EXPECT_NEAR(summary("predict")["young"], 2e4, 1);
+  ASSERT_EQ(run_quietly({"predict", (folder_ / "run").string(), "--softness", "0.5"}), 0);
+  EXPECT_GT(std::abs(summary("predict")["young"].get<double>() / 2e4 - 1), 0.01);
 }
 
 TEST_F(Predict, SoftnessMovesEAlongItsBand) {
@@ -165,6 +170,57 @@ TEST_F(Predict, SoftnessMovesEAlongItsBand) {
   EXPECT_NEAR(young[0] / young[1], 9, 0.05);
 }
 
+TEST_F(Predict, SoftnessOfALabelMovesEAndNotItsBand) {
+  ASSERT_EQ(run({"--label", "sunflower"}), 0);
+  const json usual = summary("predict");
+  std::vector<double> young, frequency;
+  for (const char* softness : {"0", "0.25", "0.5", "0.75", "1"}) {
+    ASSERT_EQ(run_quietly({"predict", (folder_ / "run").string(), "--label", "sunflower", "--softness", softness}), 0);
+    const json found = summary("predict");
+    young.push_back(found["young"]);
+    frequency.push_back(found["frequency_hz"]);
+    EXPECT_EQ(found["young_band"], usual["young_band"]) << softness;
+    EXPECT_EQ(found["softness"], std::stod(softness));
+  }
+  EXPECT_EQ(young[2], usual["young"]);
+  EXPECT_EQ(frequency[2], usual["frequency_hz"]);
+  EXPECT_NEAR(young[0] / usual["young_band"]["high"].get<double>(), 1, 1e-9);
+  EXPECT_NEAR(young[4] / usual["young_band"]["low"].get<double>(), 1, 1e-9);
+  for (size_t i = 0; i + 1 < young.size(); ++i) {
+    EXPECT_GT(young[i], young[i + 1]);
+    EXPECT_NEAR(frequency[i] / frequency[i + 1], std::sqrt(young[i] / young[i + 1]), 1e-9);
+  }
+}
+
+TEST_F(Predict, ALabelOfTheStageSetsTheScaleAndAnotherScaleIsRefused) {
+  ASSERT_EQ(run({}), 0);
+  const std::string directory = (folder_ / "run").string();
+  const auto height = [&] { return read_json(folder_ / "run/run.json").value("assumed_height", json()); };
+  EXPECT_TRUE(height().is_null());
+  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower"}), 0);
+  EXPECT_EQ(height(), object_prior({"", "sunflower", "", {}, {}}).height->typical);
+  const std::vector<std::string> simulate = {"simulate", directory, "--fps", "20", "--duration", "0.1"};
+  EXPECT_EQ(run_quietly(simulate), 0);
+  json record = read_json(folder_ / "run/run.json");
+  record["assumed_height"] = 7;
+  write_text(folder_ / "run/run.json", record.dump());
+  EXPECT_EQ(run_quietly(simulate), static_cast<int>(Failure::kUsage));
+  EXPECT_EQ(run_quietly({"predict", directory, "--label", "rose", "--material", "oak"}), 2);
+  EXPECT_EQ(height(), 7) << "nothing is assumed for what is refused";
+  // Of a material alone no height is known: not that of the label before it.
+  ASSERT_EQ(run_quietly({"predict", directory, "--material", "silicone rubber"}), 0);
+  EXPECT_TRUE(height().is_null());
+}
+
+TEST_F(Predict, AnEOfTheUserTakesTheRestFromThePrediction) {
+  ASSERT_EQ(run({"--label", "sunflower"}), 0);
+  ASSERT_EQ(run_quietly({"simulate", (folder_ / "run").string(), "--young", "1e6", "--fps", "20", "--duration", "0.1"}),
+            0);
+  const json uniform = summary("simulate")["session"]["uniform"];
+  EXPECT_EQ(uniform["young"], 1e6);
+  for (const char* name : {"poisson", "density"}) EXPECT_EQ(uniform[name], summary("predict")[name]) << name;
+}
+
 TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
   ASSERT_EQ(run({}), 0);
   const std::string directory = (folder_ / "run").string();
@@ -177,11 +233,15 @@ TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
   EXPECT_EQ(predict({"--label", "palm", "--material", "oak"}), 2);
   EXPECT_EQ(predict({"--label", "xyzzy"}), 2);
   EXPECT_EQ(predict({"--young", "1e5", "--softness", "0.2"}), 2);
+  EXPECT_EQ(predict({"--young", "1e5", "--softness", "0.5"}), 2);
   EXPECT_EQ(predict({"--llm-url", "http://127.0.0.1:9"}), 2);
   EXPECT_EQ(predict({"--softness", "2"}), 2);
   EXPECT_EQ(predict({"--llm-url", "http://127.0.0.1:9/v1", "--llm-model", "m"}), 0);  // down: the table is used
   EXPECT_EQ(run_quietly({"predict", "--list", "--label", "palm"}), 2);
   EXPECT_EQ(run({"--young", "1", "--poisson", "0.3", "--density", "1", "--softness", "0.5"}), 2);
+  EXPECT_EQ(run({"--young", "1", "--poisson", "0.3", "--density", "1", "--predict.weights",
+                 (folder_ / "scene/scene.json").string()}),
+            2);
 }
 
 TEST_F(Predict, RunTakesALabelThatOnlyALanguageModelKnows) {

@@ -38,10 +38,37 @@ TEST(BodyPieces, SmallOnesThatHangOnNothingAreLeftOut) {
   EXPECT_EQ(part.kept.back(), 1119);
   EXPECT_NEAR(part.volume, 1120e-6, 1e-9);
   EXPECT_NEAR((body.centre[3] - Vec3f(0.01f, 0.01f, 1.005f)).norm(), 0, 0.01);
+  EXPECT_EQ(body.held, (std::vector<uint8_t>{0, 0, 1, 0}));
+  EXPECT_EQ(largest_held(body.pieces, samples, pins), 2);
+  EXPECT_EQ(largest_held(body.pieces, samples, {}), 0);
   const nlohmann::json rows = pieces_json(body);
   ASSERT_EQ(rows.size(), 4u);
   EXPECT_EQ(rows[3]["simulated"], false);
   EXPECT_EQ(rows[2]["samples"], 20);
+}
+
+TEST(BodyPieces, ThatNothingHoldsAreSaidToDriftWhereAnotherIsHeld) {
+  SolidSamples samples;
+  add_cube(1000, Vec3f(0, 0, 0), samples);
+  add_cube(500, Vec3f(1, 0, 0), samples);
+  std::string said;
+  Progress progress(true);
+  progress.listen([&](const ProgressEvent& event) { said += event.text + "\n"; });
+  const auto tell = [&](const std::vector<Region>& pins) {
+    SimulatedPart part;
+    part.kept.resize(samples.size());
+    std::iota(part.kept.begin(), part.kept.end(), 0);
+    part.cell_size = 0.02f;
+    said.clear();
+    tell_loose({progress, {}}, find_body_pieces(samples, pins, part));
+    return said;
+  };
+  EXPECT_EQ(tell({}), "");
+  EXPECT_EQ(tell({Region::sphere(Vec3d(0, 0, 0), 0.015), Region::sphere(Vec3d(1, 0, 0), 0.015)}), "");
+  const std::string head = tell({Region::sphere(Vec3d(0, 0, 0), 0.015)}),
+                    stalk = tell({Region::sphere(Vec3d(1, 0, 0), 0.015)});
+  EXPECT_NE(head.find("a piece of 33 % of the volume around (1.0"), std::string::npos) << head;
+  EXPECT_NE(stalk.find("a piece of 67 % of the volume around (0.0"), std::string::npos) << stalk;
 }
 
 }  // namespace

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/simulate/clip_camera.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/camera.h"
+#include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/codecs.h"
@@ -50,6 +52,24 @@ class Clip : public ::testing::Test {
 
   const TemporaryFolder folder_;
 };
+
+TEST(ClipCamera, ShowsASingleGaussian) {
+  constexpr double kSize = 0.1;
+  GaussianCloud cloud;
+  cloud.resize(1);
+  cloud.log_scale[0] = Vec3f::Constant(std::log(kSize));
+  Scene scene;
+  scene.up = Vec3d::UnitZ();
+  scene.cameras = orbit_cameras({}, cloud, scene.up);
+  scene.cameras_are_orbit = true;
+  const Camera camera = clip_camera(scene, "", robust_bounds(cloud));
+  const double seen = camera.fy * kSize / camera.centre().norm();
+  EXPECT_GT(seen, 0.03 * camera.height);
+  EXPECT_LT(seen, 0.5 * camera.height);
+  Box point;
+  point.add(Vec3f::Zero());
+  EXPECT_TRUE(std::isfinite(clip_camera(scene, "", point).fx));
+}
 
 TEST_F(Clip, FramesAreThoseOfTheClip) {
   ASSERT_EQ(render({"--no-orbit"}), 0);

@@ -82,6 +82,9 @@ TEST_F(SessionBody, WhatStandsThereAllTheTimeActsAsInTheSimulation) {
       {InteractionType::kPin, row_of("pin", {{"region", foot()}})},
       {InteractionType::kPin, row_of("pin", {{"region", foot()}, {"duration", 0.3}})},
       {InteractionType::kCollider, row_of("collider", {{"region", {{"box", {-1, -1, -1, 1, 1, -0.005}}}}})},
+      {InteractionType::kPoke, row_of("poke", {{"radius", 0.05}, {"path", {{0, 0.3, 0.04, -0.055}}}})},
+      {InteractionType::kPoke,
+       row_of("poke", {{"radius", 0.05}, {"path", {{0, 0.3, 0.04, -0.055}, {0.3, 0.3, 0.04, -0.055}}}})},
       {InteractionType::kGravity, row_of("gravity", {{"acceleration", {1, 0, -4}}})}};
   for (const auto& [type, row] : rows) {
     EXPECT_EQ(refusal(json::array({row}), {"--settle-time", "0"}), "");
@@ -97,6 +100,25 @@ TEST_F(SessionBody, WhatStandsThereAllTheTimeActsAsInTheSimulation) {
   }
 }
 
+TEST_F(SessionBody, TheSolverIsThatOfTheSimulation) {
+  make(true);
+  const json pull = row_of("point_force", {{"region", {{"box", {0.2, -1, -1, 1, 1, 1}}}}, {"force", {0, 0, -1}}});
+  refusal(json::array({pull}));
+  EXPECT_EQ(setup().options.grid, GridKind::kAutomatic);
+  refusal(json::array({pull}), {"--solver", "eulerian", "--flip-time", "0.02"});
+  EXPECT_EQ(setup().options.grid, GridKind::kEulerian);
+  EXPECT_EQ(setup().options.flip_time, 0.02);
+  refusal(json::array({pull}), {"--sleep-speed", "0.001"});
+  EXPECT_EQ(setup().options.sleep_speed, 0.001);
+  // An earlier version did not record it.
+  json record = json::parse(read_text(folder_ / "run/run.json"));
+  for (const char* key : {"solver", "flip_time_s", "sleep_speed_m_s"})
+    record["stages"]["simulate"]["summary"]["session"].erase(key);
+  write_text(folder_ / "run/run.json", record.dump());
+  EXPECT_EQ(setup().options.sleep_speed, 0);
+  EXPECT_EQ(setup().options.grid, GridKind::kAutomatic);
+}
+
 TEST_F(SessionBody, WhatTheScriptDoesForATimeIsNotHeld) {
   make(false);
   const json ball = {{"sphere", {2, 2, 2, 0.1}}};
@@ -105,6 +127,7 @@ TEST_F(SessionBody, WhatTheScriptDoesForATimeIsNotHeld) {
                      row_of("collider", {{"region", ball}, {"velocity", {0, 0, 1}}, {"duration", 0.1}}),
                      row_of("gravity", {{"acceleration", {0, 0, 0}}, {"duration", 0.1}}),
                      row_of("poke", {{"radius", 0.1}, {"path", {{0, 2, 2, 2}, {1, 2, 2, 1}}}}),
+                     row_of("poke", {{"radius", 0.1}, {"path", {{0, 2, 2, 2}, {0.1, 2, 2, 2}}}}),
                      row_of("ground", {{"point", {0, 0, -0.005}}})},
                     {"--settle-time", "0"}),
             "");

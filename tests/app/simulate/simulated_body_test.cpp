@@ -110,6 +110,40 @@ TEST_F(SimulatedBar, SaysThatTheAutomaticPushComesTooLate) {
   EXPECT_EQ(said("0.4").find("push begins"), std::string::npos);
 }
 
+TEST_F(SimulatedBar, StaysWhereNothingHoldsOrStopsItUnlessThatIsAskedFor) {
+  make(false);
+  std::filesystem::copy_file(folder_ / "scene.ply", object() / "object.ply");
+  const auto gravity = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--young", "1e5", "--duration", "0.4", "--settle-time", "0.1"});
+    EXPECT_EQ(simulate(words), 0);
+    return summary()["session"]["gravity_m_s2"][2].get<double>();
+  };
+  EXPECT_EQ(gravity({}), 0);
+  EXPECT_FALSE(summary()["push"].is_null());
+  EXPECT_EQ(summary()["settle_displacement_m"], 0);
+  EXPECT_EQ(gravity({"--no-floor"}), -9.81);
+  EXPECT_EQ(summary()["settle_displacement_m"], 0) << "not before the first frame";
+  EXPECT_EQ(gravity({"--interactions", script(json::array())}), -9.81);
+  EXPECT_EQ(summary()["settle_displacement_m"], 0);
+  const json ground = {{"type", "ground"}, {"point", {0, 0, -0.2}}};
+  EXPECT_EQ(gravity({"--interactions", script(json::array({ground}))}), -9.81);
+  EXPECT_GT(summary()["settle_displacement_m"], 0.01) << "there is something to fall on";
+}
+
+TEST_F(SimulatedBar, IsPushedByAShareOfItsExtentWhereItIsFlat) {
+  make(false);
+  std::filesystem::copy_file(folder_ / "scene.ply", object() / "object.ply");
+  constexpr double kHeight = 1e-4;
+  json record = json::parse(read_text(folder_ / "run/run.json"));
+  record["stages"]["extract"]["summary"]["height"] = kHeight;
+  write_text(folder_ / "run/run.json", record.dump());
+  Box box;
+  for (const Vec3f& x : particles_.driving_position) box.add(x);
+  ASSERT_EQ(simulate({"--young", "1e6", "--duration", "0.9"}), 0);
+  const double moved = kHeight * summary()["motion"]["particle_peak"].get<double>();
+  EXPECT_NEAR(moved / (0.15 * 0.2 * box.size().norm()), 1, 0.2);
+}
+
 TEST_F(SimulatedBar, IsDescribedByInfoAsARun) {
   make(true);
   write_text(folder_ / "run/objects.json", R"([{"id": 1, "name": "bar"}])");

@@ -104,6 +104,24 @@ TEST(Orbit, EveryViewHoldsTheRobustBoxAndOneJustFits) {
   }
 }
 
+TEST(Orbit, ShowsFewLargeGaussiansWholeAndLeavesManyAsTheyAre) {
+  constexpr double kSize = 0.1;
+  GaussianCloud cloud;
+  cloud.resize(1);
+  cloud.log_scale[0] = Vec3f::Constant(std::log(kSize));
+  cloud.opacity_logit[0] = 2;
+  EXPECT_NEAR(seen_beyond(cloud, 0), 2 * kSize, 1e-6);
+  OrbitOptions options;
+  for (const Camera& camera : orbit_cameras(options, cloud, {0, 0, 1})) {
+    const double distance = camera.centre().norm();
+    EXPECT_GT(distance, 2 * kSize);
+    EXPECT_LT(camera.fx * 2 * kSize / distance, 0.5 * camera.width);
+    EXPECT_GT(camera.fx * 2 * kSize / distance, 0.1 * camera.width);
+  }
+  const GaussianCloud many = box_with_floaters(1000, 0);
+  EXPECT_EQ(seen_beyond(many, robust_framing(many, {0, 0, 1}).diagonal()), 0);
+}
+
 TEST(OrbitPath, AFullTurnKeepsTheDistanceAndClosesWithEqualSteps) {
   const Eigen::Vector3d pivot(1, 2, 3), up(0, -1, 0);
   const Camera first = look_at({4, 1, 3}, {1.2, 2, 3}, up, 400, 300, 300);
