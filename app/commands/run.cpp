@@ -54,8 +54,7 @@ void check_choice(const Scene& scene, const CLI::App& command, RunOptions& optio
     const bool law_known = !simulate.material.law.empty() || !scene.settings.material.law.empty();
     if (!no_fit.empty() && !law_known) simulate.material.constants.clear();
   } else {
-    refuse_given(command, options_of(options.predict),
-                 {"does nothing: the material is known", "leave it out", {"label", "softness"}});
+    refuse_given(command, options_of(options.predict), {"does nothing: the material is known", "leave it out", {}});
     if (no_fit.empty() && options.fit.initial_material == kPredictedMaterial)
       throw usage_error("run", options.fit.typed("initial-material") + " " + kPredictedMaterial,
                         "asks for a prediction, and the material is known", "add --label TEXT, or leave it out");
@@ -81,6 +80,24 @@ void start_from(const nlohmann::json& prediction, const Scene& scene, MaterialVa
   if (!file.young && !material.young) material.young = prediction["young"];
   if (!file.poisson && !material.poisson) material.poisson = prediction["poisson"];
   if (!file.density && !material.density) material.density = prediction["density"];
+}
+
+/// The page, with the report even where it does not fit; one that is larger than a size that nobody chose is left out.
+void make_page(const Context& context, RunDirectory& run, const Scene& scene, PageStage page,
+               const std::string& command) {
+  const bool chosen = page.size != PageStage().size;
+  page.command = command;
+  try {
+    run_page(context, run, scene, page);
+  } catch (const Error& error) {
+    if (error.failure != Failure::kUsage) throw;
+    if (!shows_motion(run, "page")) drop_page(run);
+    if (chosen) {
+      write_report(run, scene, command);
+      throw;
+    }
+    context.progress.warn(std::string("no clip.html: ") + error.what());
+  }
 }
 
 nlohmann::json run_all(Context& context, const Program& program, const CLI::App& command, RunOptions& options) {
@@ -121,9 +138,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   run_simulate(context, run, scene, simulate);
   run_render(context, run, scene, options.render);
   if (options.page.html) {
-    PageStage page = options.page;
-    page.command = program.command_line;
-    run_page(context, run, scene, page);
+    make_page(context, run, scene, options.page, program.command_line);
   } else {
     refuse_given(command, options_of(options.page),
                  {"does nothing with --no-html", "leave it out", {"html-size", "html-license"}});
@@ -132,7 +147,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   write_report(run, scene, program.command_line);
   context.progress.say(
       fmt::format("clip: {}\nreport: {}", (run / "clip.mp4").string(), (run / "report.html").string()));
-  if (options.page.html) context.progress.say(fmt::format("page: {}", (run / "clip.html").string()));
+  if (run.has("page")) context.progress.say(fmt::format("page: {}", (run / "clip.html").string()));
   return run.manifest();
 }
 

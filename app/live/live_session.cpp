@@ -6,17 +6,15 @@
 #include <chrono>
 #include <cmath>
 
+#include "app/page/most_substeps.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kMostWork = 1.2e6;      // particles times substeps of a frame, which a person waits for
-constexpr double kMostSubsteps = 2000;   // of a frame, unless the body at rest needs as many
-constexpr double kRestReserve = 4;       // substeps over those at rest that a frame may take in any case ...
-constexpr double kStifferReserve = 1.5;  // ... and over those at rest with the stiffness of now
-constexpr double kMostStiffer = 100;     // times, as far as the pages' sliders go
-constexpr size_t kMostActive = 64;       // interactions at a time
+constexpr double kMostWork = 1.2e6;     // particles times substeps of a frame, which a person waits for
+constexpr double kMostSubsteps = 2000;  // of a frame, unless the body at rest needs as many
+constexpr size_t kMostActive = 64;      // interactions at a time
 
 bool finite(const SimulationState& state) {
   float sum = 0;
@@ -45,9 +43,8 @@ LiveSession::LiveSession(const SimulateOptions& options, const Particles& partic
 
 /// Substeps at which a frame is given up.
 int LiveSession::max_substeps(double young_scale) const {
-  const double rest = substeps_at_rest(options_, particles_), many = kMostWork / static_cast<double>(particles_.size());
-  const double reserve = std::max(kRestReserve, kStifferReserve * std::sqrt(std::min(young_scale, kMostStiffer)));
-  return static_cast<int>(std::min(std::max(std::min(many, kMostSubsteps), reserve * rest), 1.0 * kMaxSubstepsOfFrame));
+  const double many = std::min(kMostWork / static_cast<double>(particles_.size()), kMostSubsteps);
+  return most_substeps(options_, particles_, young_scale, many);
 }
 
 void LiveSession::open(const SimulationState& start) {

@@ -23,7 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr size_t kPageSize = 32'000'000;  // bytes
+constexpr size_t kPageSize = 32'000'000;  // bytes, if that is enough
 
 /// Starts the default browser, where there is a desktop; false where that fails within a second.  Without a known
 /// desktop the program that starts it lives as long as the browser.
@@ -60,6 +60,7 @@ LiveScreen live_screen(const Context& context, const RunDirectory& run, const Sc
   const fs::path file = run / "view.html";
   PageStage stage;
   stage.size = kPageSize;
+  stage.grows = true;
   export_page(context, run, scene, stage, file);
   LiveScreen screen{live_page(read_text(file)), {}};
   fs::remove(file);

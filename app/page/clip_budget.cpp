@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <map>
 #include <numeric>
 
+#include "gaussians/base/error.h"
 #include "gaussians/base/morton.h"
 #include "gaussians/render/blend_weights.h"
 #include "gaussians/render/deform.h"
@@ -127,29 +128,39 @@ void add_level(ClipFile& file, const std::string& section, size_t l, const std::
   for (const Vec3f& x : rest) places.insert(places.end(), x.data(), x.data() + 3);
   file.add(section, prefix + "rest", {rest.size(), 3}, std::span<const float>(places));
   std::vector<uint16_t> driver;
-  for (const int d : binding.driver) driver.push_back(d < 0 ? kUnused : static_cast<uint16_t>(d));
+  for (const int d : binding.driver) {
+    CHECK(d < kUnused);
+    driver.push_back(d < 0 ? kUnused : static_cast<uint16_t>(d));
+  }
   file.add(section, prefix + "driver", {binding.size(), Binding::kCount}, std::span<const uint16_t>(driver));
   const std::vector<uint8_t> weight = rounded_weights(binding);
   file.add(section, prefix + "weight", {binding.size(), Binding::kCount}, std::span<const uint8_t>(weight));
 }
 
-CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPacker& packer,
-                      std::vector<std::string>& given_up) {
+CodedClip fit_to_size(ClipCoder& coder, size_t bytes, const SolverShare& solver, ClipFile& file, SectionPacker& packer,
+                      std::vector<std::string>& given_up, size_t& size) {
   constexpr std::array<int, 4> kMotionLevels = {6000, 4000, 2500, 1500};
   constexpr int kMostDrivers = 65534;  // numbers of 16 bits
   ClipChoice choice;
   const MovingScene& moving = coder.moving();
-  const float size = moving.object.bounds().size().maxCoeff();
+  const float extent = moving.object.bounds().size().maxCoeff();
   choice.object.sh_degree = moving.object.sh_degree;
   choice.background.sh_degree = moving.background.sh_degree;
-  choice.motion = {2e-5 * size, 2e-3};
+  choice.motion = {2e-5 * extent, 2e-3};
   if (static_cast<int>(moving.particles.driving_position.size()) > kMostDrivers) choice.drivers = kMostDrivers;
   CodedClip clip;
-  size_t least = 0;
+  size_t of_solver = 0;
   const auto fits = [&] {
     clip = coder.code(choice, std::move(clip));
+    // Clustering gives only about as many as it is asked for.
+    for (int found; (found = static_cast<int>(clip.level.driving_position.size())) > kMostDrivers;) {
+      choice.drivers = std::min(choice.drivers - 1, static_cast<int>(1.0 * choice.drivers * kMostDrivers / found));
+      clip = coder.code(choice, std::move(clip));
+    }
     file = coder.file_of(clip);
-    return (least = packer.pack(file)) <= bytes;
+    of_solver = solver.bytes(clip);
+    size = packer.pack(file) + of_solver;
+    return size <= bytes;
   };
   if (fits()) return clip;
 
@@ -160,7 +171,7 @@ CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPac
     std::function<bool(ClipChoice&)> apply;  ///< false where there is nothing to give up
     int drivers = 0;                         ///< after it; 0 = as before
   };
-  enum Kind { kBits, kMotion, kBackgroundSh, kDrivers, kShare, kObjectSh };
+  enum Kind { kBits, kMotion, kBackgroundSh, kDrivers, kShare, kObjectSh, kSolver };
   const auto lower_sh = [](SplatCoding& coding, int degree) {
     const bool lower = coding.sh_degree > degree;
     coding.sh_degree = std::min(coding.sh_degree, degree);
@@ -170,7 +181,7 @@ CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPac
   steps.push_back({kBits, "scales, colors and opacities have 8 bits",
                    [](ClipChoice& c) { return c.object.fine = c.background.fine = false, true; }});
   steps.push_back({kMotion, "the motion is rounded to 1e-4 of the object's size", [=](ClipChoice& c) {
-                     return c.motion = {1e-4 * size, 1e-2}, true;
+                     return c.motion = {1e-4 * extent, 1e-2}, true;
                    }});
   const auto background_sh = [&](int degree, const std::string& words) {
     steps.push_back({kBackgroundSh, words, [=](ClipChoice& c) { return lower_sh(c.background, degree); }});
@@ -186,24 +197,42 @@ CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPac
                      },
                      drivers});
   background_sh(0, "the background has no view-dependent color");
-  for (const double share : {0.8, 0.6, 0.45, 0.3, 0.2, 0.1, 0.03})
+  const auto background_share = [&](double share) {
     steps.push_back({kShare, fmt::format("{:.0f} % of the background's Gaussians are left out", 100 * (1 - share)),
                      [=, &moving](ClipChoice& c) {
                        c.background_share = share;
                        return moving.background.size() > 0;
                      }});
+  };
+  const auto solver_levels = [&](size_t most, const std::string& words) {
+    steps.push_back({kSolver, words, [=, &solver, &clip](ClipChoice& c) {
+                       c.solver_levels = most;
+                       return solver.levels(clip) > most;
+                     }});
+  };
+  for (const double share : {0.8, 0.6}) background_share(share);
+  solver_levels(2, "slow devices have the choice of two simpler bodies");
+  solver_levels(1, "slow devices have one simpler body");
+  for (const double share : {0.45, 0.3, 0.2, 0.1, 0.03}) background_share(share);
   for (const int degree : {1, 0})
     steps.push_back({kObjectSh, fmt::format("the object has spherical harmonics of degree {}", degree),
                      [=](ClipChoice& c) { return lower_sh(c.object, degree); }});
+  solver_levels(0, "slow devices have no simpler body");
+  steps.push_back({kSolver, "playback only, without the solver", [&](ClipChoice& c) {
+                     c.solver = solver.needed;
+                     return !solver.needed && of_solver > 0;
+                   }});
   std::map<int, std::string> lost;
   for (const Step& step : steps) {
     if (!step.apply(choice)) continue;
     lost[step.kind] = step.words;
-    // The motion shrinks with its drivers: what will not be enough is not even clustered, but for the last.
+    // The motion and the solver shrink with the drivers: what will not be enough is not even clustered, but for the
+    // last.
     const size_t motion = packer.packed("motion").size();
     const double fewer =
         static_cast<double>(motion) * step.drivers / static_cast<double>(clip.level.driving_position.size());
-    if (step.drivers > kMotionLevels.back() && static_cast<double>(least - motion) + fewer > static_cast<double>(bytes))
+    if (step.drivers > kMotionLevels.back() &&
+        static_cast<double>(size - of_solver - motion) + fewer > static_cast<double>(bytes))
       continue;
     if (fits()) break;
   }

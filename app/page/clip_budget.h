@@ -1,6 +1,7 @@
 #pragma once
 
-#include <map>
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,8 @@ struct ClipChoice {
   double background_share = 1;  ///< of the background's Gaussians, those that are seen most
   int drivers = 0;              ///< driving particles of the motion; 0 = all
   MotionCoding motion;
+  size_t solver_levels = SIZE_MAX;  ///< bodies that the solver has beside that of the motion, at most; the coarsest
+  bool solver = true;               ///< false: the page only plays
 };
 
 /// The moving scene, coded as chosen.
@@ -55,8 +58,16 @@ class ClipCoder {
 void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
                const Binding& binding);
 
-/// The best choice whose sections fit into `bytes`, or the smallest one, and what was given up, as words.
-CodedClip fit_to_size(ClipCoder& coder, size_t bytes, ClipFile& file, SectionPacker& packer,
-                      std::vector<std::string>& given_up);
+/// What a page has beside its clip.
+struct SolverShare {
+  bool needed = false;                             ///< the solver is not given up
+  std::function<size_t(const CodedClip&)> levels;  ///< that it can have beside that of this clip
+  std::function<size_t(const CodedClip&)> bytes;   ///< that it takes with this clip and its choice
+};
+
+/// The best choice whose sections fit into `bytes`, or the smallest one, and what was given up, as words.  `size`:
+/// bytes of that, the solver's included.
+CodedClip fit_to_size(ClipCoder& coder, size_t bytes, const SolverShare& solver, ClipFile& file, SectionPacker& packer,
+                      std::vector<std::string>& given_up, size_t& size);
 
 }  // namespace pliant

@@ -10,7 +10,9 @@ namespace pliant {
 namespace {
 
 constexpr float kLowestLogScale = -14;       // smaller standard deviations, in scene units, are not told apart
-constexpr double kRareSh = 1e-4;             // share of the coefficients that may be cut to the range of the others
+constexpr double kRare = 1e-4;               // share of the coefficients that may be cut to the range of the others
+constexpr double kFarthestColour = 16;       // coefficients beyond are saturated in every picture
+constexpr float kLeastAlpha = 1.0f / 255;    // below which nothing is drawn
 constexpr uint32_t kQuaternionSteps = 1022;  // even, so that 0 is one of them
 
 int steps_of(const SplatCoding& coding) { return coding.fine ? 65535 : 255; }
@@ -51,14 +53,21 @@ Vec4f unpacked_rotation(uint32_t packed) {
   return q;
 }
 
-template <class Get>
-CodedSplats::Range range_of(size_t count, double low, double high, const Get& get) {
-  CodedSplats::Range range{INFINITY, -INFINITY};
-  for (size_t i = 0; i < count; ++i) {
-    range.low = std::min(range.low, std::clamp<double>(get(i), low, high));
-    range.high = std::max(range.high, std::clamp<double>(get(i), low, high));
+/// The Gaussians that are drawn; all where none is.
+std::vector<size_t> drawn_of(const GaussianCloud& cloud) {
+  std::vector<size_t> drawn, all;
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    if (sigmoid(cloud.opacity_logit[i]) >= kLeastAlpha) drawn.push_back(i);
+    all.push_back(i);
   }
-  return count > 0 ? range : CodedSplats::Range{};
+  return drawn.empty() ? all : drawn;
+}
+
+/// Of all values but a share of `rare` at either end, within [low, high].
+CodedSplats::Range range_of(const std::vector<float>& values, double rare, double low, double high) {
+  if (values.empty()) return {};
+  return {std::clamp<double>(quantile(values, rare), low, high),
+          std::clamp<double>(quantile(values, 1 - rare), low, high)};
 }
 
 void code_positions(const GaussianCloud& cloud, CodedSplats& out) {
@@ -81,7 +90,7 @@ CodedSplats::Range sh_range(const std::vector<float>& coefficients) {
   std::vector<float> size;
   for (const float c : coefficients) size.push_back(std::abs(c));
   if (size.empty()) return {};
-  const float largest = quantile(std::move(size), 1 - kRareSh);
+  const float largest = quantile(std::move(size), 1 - kRare);
   return {-largest, largest};
 }
 
@@ -94,11 +103,14 @@ CodedSplats code_splats(const SplatCoding& coding, const GaussianCloud& given) {
   code_positions(cloud, out);
   const size_t n = cloud.size(), coefficients = 3 * static_cast<size_t>(cloud.sh_count());
   const uint32_t steps = steps_of(coding);
-  out.log_scale_range =
-      range_of(3 * n, kLowestLogScale, INFINITY, [&](size_t k) { return cloud.log_scale[k / 3][k % 3]; });
-  out.colour_range =
-      range_of(3 * n, -INFINITY, INFINITY, [&](size_t k) { return cloud.sh[k / 3 * coefficients + k % 3]; });
-  std::vector<float> rest;
+  std::vector<float> log_scales, colours, rest;
+  for (const size_t i : drawn_of(cloud))
+    for (int a = 0; a < 3; ++a) {
+      log_scales.push_back(cloud.log_scale[i][a]);
+      colours.push_back(cloud.sh_of(i)[a]);
+    }
+  out.log_scale_range = range_of(log_scales, 0, kLowestLogScale, INFINITY);
+  out.colour_range = range_of(colours, kRare, -kFarthestColour, kFarthestColour);
   for (size_t i = 0; i < n; ++i) {
     for (int a = 0; a < 3; ++a) {
       out.log_scale.push_back(static_cast<uint16_t>(rounded(cloud.log_scale[i][a], out.log_scale_range, steps)));

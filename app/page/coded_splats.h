@@ -19,7 +19,8 @@ struct SplatCoding {
 
 constexpr size_t kSplatChunk = 256;  ///< splats whose positions are rounded within one box
 
-/// A cloud in small integers.  Its Gaussians should lie along a curve, so that the boxes of chunks are small.
+/// A cloud in small integers.  Its Gaussians should lie along a curve, so that the boxes of chunks are small.  Ranges
+/// are those of what is drawn, colours without the rarest; what lies outside is moved to their ends.
 struct CodedSplats {
   struct Range {
     double low = 0, high = 1;

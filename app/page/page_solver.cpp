@@ -60,21 +60,34 @@ std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& s
   return levels;
 }
 
-size_t solver_bytes(const SessionSetup& setup, const Scene& scene, const MovingScene& moving,
-                    const std::vector<SolverLevel>& levels, SectionPacker& packer) {
+std::span<const SolverLevel> levels_beside(const ParticleFile& motion_level, std::span<const SolverLevel> levels,
+                                           size_t most) {
+  const double largest = kCoarser * static_cast<double>(motion_level.driving_position.size());
+  while (!levels.empty() &&
+         (levels.size() > most || static_cast<double>(levels[0].file.driving_position.size()) > largest))
+    levels = levels.subspan(1);
+  return levels;
+}
+
+size_t solver_bytes(const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+                    std::span<const SolverLevel> levels, SectionPacker& packer) {
   if (!can_play(setup)) return 0;
   ClipFile file;
-  add_solver(file, moving.particles, setup, scene, levels);
+  add_solver(file, motion_level, setup, scene, levels);
   return packer.pack(file);
 }
 
 void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
-                const std::vector<SolverLevel>& levels) {
+                std::span<const SolverLevel> levels) {
   file.header["solver"] = nullptr;
   file.header["plays_only"] = setup.refused;
   if (!setup.refused.empty()) return;
   if (!can_play(setup)) {
     file.header["plays_only"] = "this build of Pliant has no solver for pages";
+    return;
+  }
+  if (!carries_weights(setup, motion_level.driving_position, scene.metres_per_unit)) {
+    file.header["plays_only"] = "a weight hangs on none of the few driving particles that fit into this size";
     return;
   }
   const auto body_of = [&](const ParticleFile& level) {
@@ -83,10 +96,7 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
   add_body(file, 0, body_of(motion_level));
   size_t l = 0;
   for (const SolverLevel& level : levels) {
-    const std::vector<Vec3f>& rest = level.file.driving_position;
-    if (static_cast<double>(rest.size()) > kCoarser * static_cast<double>(motion_level.driving_position.size()))
-      continue;
-    add_level(file, "levels", ++l, rest, level.binding);
+    add_level(file, "levels", ++l, level.file.driving_position, level.binding);
     add_body(file, l, body_of(level.file));
     file.header["levels"][l]["clustered_to"] = level.clustered_to;
   }
@@ -97,6 +107,9 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
                            {"gravity", {g.x(), g.y(), g.z()}},
                            {"damping_time", setup.options.damping_time},
                            {"contact_friction", setup.options.object_friction},
+                           {"grid", static_cast<int>(setup.options.grid)},
+                           {"flip_time", setup.options.flip_time},
+                           {"sleep_speed", setup.options.sleep_speed},
                            {"law", static_cast<int>(setup.material.law)},
                            {"viscosity_time", setup.material.viscosity_time},
                            {"height", setup.height},

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "app/page/clip_budget.h"
@@ -17,13 +19,17 @@ struct SolverLevel {
 /// Those that a page offers; none where the object cannot be played with.
 std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& scene, const MovingScene& moving);
 
-/// Bytes that add_solver takes at most in the file; `packer` has its sections then.
-size_t solver_bytes(const SessionSetup& setup, const Scene& scene, const MovingScene& moving,
-                    const std::vector<SolverLevel>& levels, SectionPacker& packer);
+/// Of these, at most so many that a page has beside `motion_level`, the coarsest.
+std::span<const SolverLevel> levels_beside(const ParticleFile& motion_level, std::span<const SolverLevel> levels,
+                                           size_t most = SIZE_MAX);
+
+/// Bytes that add_solver takes in the file; `packer` has its sections then.
+size_t solver_bytes(const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+                    std::span<const SolverLevel> levels, SectionPacker& packer);
 
 /// Appends what the page's solver needs: the sections `levels` and `solver`, and what the header says of them.  Where
 /// the object cannot be played with, the header says why.
 void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
-                const std::vector<SolverLevel>& levels);
+                std::span<const SolverLevel> levels);
 
 }  // namespace pliant

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "app/page/clip_budget.h"
 #include "app/page/clip_html.h"
@@ -80,23 +81,38 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   };
   const std::string video = film_in(stage.size) > 0 ? read_text(in.files.at("clip")) : "";
 
-  const SessionSetup setup = session_setup(run, scene, moving.particles);
+  SessionSetup setup = session_setup(run, scene, moving.particles);
   ClipCoder coder(std::move(moving), scene, views);
   SectionPacker packer;
   const std::vector<SolverLevel> levels = solver_levels(setup, scene, coder.moving());
-  const size_t code = page_template().size() + page_style().size() + page_script().size() + kHeader +
-                      solver_bytes(setup, scene, coder.moving(), levels, packer);
+  const auto levels_of = [&](const CodedClip& clip) {
+    return levels_beside(clip.level, levels, clip.choice.solver_levels);
+  };
+  std::map<std::pair<size_t, size_t>, size_t> bytes_of_solver;  // by drivers and number of levels
+  SolverShare solver;
+  solver.needed = stage.grows;
+  solver.levels = [&](const CodedClip& clip) { return levels_beside(clip.level, levels).size(); };
+  solver.bytes = [&](const CodedClip& clip) -> size_t {
+    if (!clip.choice.solver) return 0;
+    const std::span<const SolverLevel> beside = levels_of(clip);
+    const auto [known, fresh] = bytes_of_solver.try_emplace({clip.level.driving_position.size(), beside.size()});
+    if (fresh) known->second = solver_bytes(clip.level, setup, scene, beside, packer);
+    return known->second;
+  };
+  const size_t code = page_template().size() + page_style().size() + page_script().size() + kHeader;
   const auto around = [&](size_t size) { return code + 4 * (poster.size() + film_in(size)) / 3; };
   const size_t bytes = stage.size - std::min(stage.size, around(stage.size));
   ClipPage page;
   std::vector<std::string> given_up;
-  const CodedClip clip = fit_to_size(coder, bytes, page.file, packer, given_up);
-  if (const size_t least = packer.pack(page.file); least > bytes)
+  size_t least = 0;
+  const CodedClip clip = fit_to_size(coder, bytes, solver, page.file, packer, given_up, least);
+  if (least > bytes && !stage.grows)
     throw usage_error("--html-size", std::to_string(stage.size),
                       fmt::format("is too small: the minimum is {}", least + around(least + around(0))),
                       "give more, or --no-html");
   const MovingScene& drawn = coder.moving();
-  add_solver(page.file, clip.level, setup, scene, levels);
+  if (!clip.choice.solver) setup.refused = "the solver does not fit into this size";
+  add_solver(page.file, clip.level, setup, scene, levels_of(clip));
   const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]});
 
   json& header = page.file.header;
@@ -147,6 +163,12 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
 
 }  // namespace
 
+bool shows_motion(const RunDirectory& run, const std::string& stage) {
+  if (!run.has(stage)) return true;
+  const json& shown = run.manifest()["stages"][stage]["inputs"];
+  return !shown.contains("trajectory") || shown["trajectory"] == hash_of_input(moving_scene_files(run)["trajectory"]);
+}
+
 StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, const PageStage& stage) {
   StageInputs<PageStage> in;
   in.options = stage;
@@ -154,7 +176,7 @@ StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, co
               ScenePart::kVideoCamera};
   in.scene = only(in.parts, scene);
   in.files = moving_scene_files(run);
-  if (fs::exists(run / "clip.mp4")) in.files["clip"] = run / "clip.mp4";
+  if (fs::exists(run / "clip.mp4") && shows_motion(run, "render")) in.files["clip"] = run / "clip.mp4";
   const std::string source = fs::path(run.scene()["source"].get<std::string>()).filename().string();
   const std::string object = extracted(run, {"name"})["name"].get<std::string>();
   in.found = {{"source", source}, {"title", object == "object" ? source : object + " of " + source}};
@@ -163,8 +185,11 @@ StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   for (const char* name : {"session", "damping_time_s", "floor"}) in.found[name] = simulated.value(name, json());
   if (run.manifest()["stages"]["simulate"]["found"].contains("predicted")) {
     const json& prediction = run.summary("predict", "run `pliant predict` first");
-    for (const char* name : {"understood", "guessed", "softness", "young", "young_band"})
-      in.found["prediction"][name] = prediction[name];
+    const json given = prediction.value("given", json::array());
+    // The band is that of the label, in which a given E has no place.
+    if (std::find(given.begin(), given.end(), "young") == given.end())
+      for (const char* name : {"understood", "guessed", "softness", "young", "young_band"})
+        in.found["prediction"][name] = prediction[name];
   }
   if (const fs::path material = run / (object_folder(run) + "/material.h5"); fs::exists(material))
     in.files["material"] = material;

@@ -14,6 +14,7 @@ namespace pliant {
 struct PageStage {
   bool html = true;          ///< in `run`
   size_t size = 12'000'000;  ///< bytes of the file at most
+  bool grows = false;        ///< the smallest page that has a solver is made however large it is
   std::string licence;       ///< of the scene, which the page shows
   std::string command;       ///< that makes it, likewise
 };
@@ -21,6 +22,8 @@ struct PageStage {
 OptionTable options_of(PageStage& stage);
 StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, const PageStage& stage);
 nlohmann::json run_page(const Context& context, RunDirectory& run, const Scene& scene, const PageStage& stage);
+/// Whether what the stage `render` or `page` has left shows the motion that is there, as far as is known.
+bool shows_motion(const RunDirectory& run, const std::string& stage);
 /// Removes the page of an earlier motion.
 void drop_page(RunDirectory& run);
 /// The same into a file of one's own.

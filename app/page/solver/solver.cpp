@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/page/interaction_numbers.h"
+#include "app/page/most_substeps.h"
 #include "gaussians/base/error.h"
 #include "physics/simulate/session.h"
 
@@ -15,7 +16,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kMostSubsteps = 2000;  // of a frame, which a person waits for
+constexpr int kMostSubsteps = 2000;  // of a frame, unless the body at rest needs as many
 
 /// What the worker fills in before it starts a session, and the session.
 struct Page {
@@ -42,8 +43,9 @@ using namespace pliant;
 PLIANT_EXPORT(solver_allocate)(size_t bytes)->void* { return std::malloc(bytes); }
 PLIANT_EXPORT(solver_free)(void* memory)->void { std::free(memory); }
 
-/// numbers [10]: cell size m, frames per second, damping time s, gravity m/s^2 [3], largest share of a cell that waves
-/// cross in a substep (0 = the solver's own), contact friction, law, viscosity time of the material s.
+/// numbers [13]: cell size m, frames per second, damping time s, gravity m/s^2 [3], largest share of a cell that waves
+/// cross in a substep (0 = the solver's own), contact friction, law, viscosity time of the material s, kind of grid,
+/// FLIP time s, sleep speed m/s.
 PLIANT_EXPORT(solver_body)
 (int count, const double* numbers, const float* position, const float* volume, const float* mass, const float* young,
  const float* poisson)
@@ -52,7 +54,6 @@ PLIANT_EXPORT(solver_body)
   p.particles = {};
   p.particles.cell_size = static_cast<float>(numbers[0]);
   p.options = {};
-  p.options.max_substeps = kMostSubsteps;
   p.options.fps = numbers[1];
   p.options.damping_time = numbers[2];
   p.options.gravity = vector_at(numbers + 3);
@@ -60,6 +61,9 @@ PLIANT_EXPORT(solver_body)
   p.options.object_friction = numbers[7];
   p.particles.materials[0].law = static_cast<Law>(static_cast<int>(numbers[8]));
   p.particles.materials[0].viscosity_time = numbers[9];
+  p.options.grid = static_cast<GridKind>(static_cast<int>(numbers[10]));
+  p.options.flip_time = numbers[11];
+  p.options.sleep_speed = numbers[12];
   for (int i = 0; i < count; ++i) p.particles.position.emplace_back(position + 3 * i);
   p.particles.volume.assign(volume, volume + count);
   p.particles.mass.assign(mass, mass + count);
@@ -93,6 +97,7 @@ PLIANT_EXPORT(solver_start)(const float* x, const float* v, const float* F)->voi
     p.start.v[i] = Vec3f(v + 3 * i);
     for (int k = 0; k < 9; ++k) p.start.F[i](k / 3, k % 3) = F[9 * i + k];
   }
+  p.options.max_substeps = most_substeps(p.options, p.particles, 1, kMostSubsteps);
   p.session = std::make_unique<Session>(p.options, p.particles, p.held, p.start);
   p.gradients.resize(9 * p.start.size());
 }
@@ -103,7 +108,9 @@ PLIANT_EXPORT(solver_begin)(const double* numbers)->int {
 PLIANT_EXPORT(solver_move)(int number, double x, double y, double z)->void { page().session->move(number, {x, y, z}); }
 PLIANT_EXPORT(solver_end)(int number)->void { page().session->end(number); }
 PLIANT_EXPORT(solver_set)(double young_scale, double damping_time, double x, double y, double z)->void {
-  page().session->set({young_scale, damping_time, {x, y, z}});
+  Page& p = page();
+  p.session->set(
+      {young_scale, damping_time, {x, y, z}, most_substeps(p.options, p.particles, young_scale, kMostSubsteps)});
 }
 /// One frame; the number of its substeps.
 PLIANT_EXPORT(solver_advance)()->int {

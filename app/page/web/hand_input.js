@@ -53,15 +53,17 @@ export class HandInput {
       return;
     }
     const view = this.physics.viewer.pageView(), at = project(view, this.#centre());
-    if (this.#begin(at.x, at.y, kFarReach)) this.byKeys = true;
+    if (!this.#begin(at.x, at.y, kFarReach)) return;
+    this.byKeys = true;
+    if (this.physics.hand.held.tool === 'pin') this.release();
   }
 
-  /** Lets go; a push that is `cancelled` is not made. */
+  /** Lets go; a push or pin that is `cancelled` is not made. */
   release(cancelled = false) {
     const {hand, viewer} = this.physics;
     this.pointer = null;
     this.byKeys = false;
-    if (cancelled && hand.held?.tool === 'push') hand.drop();
+    if (cancelled && ['push', 'pin'].includes(hand.held?.tool)) hand.drop();
     else hand.end();
     viewer.dirty = true;
   }

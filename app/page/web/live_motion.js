@@ -92,9 +92,12 @@ export class LiveMotion {
   }
 
   #set() {
-    const {stiffness, damping, gravity} = this.settings;
     this.queue = this.queue.filter(([name]) => name !== 'set');
-    this.queue.push(['set', stiffness, damping, ...this.gravity.map((value, c) => value + gravity * this.up[c])]);
+    this.queue.push(this.#command(this.settings));
+  }
+
+  #command({stiffness, damping, gravity}) {
+    return ['set', stiffness, damping, ...this.gravity.map((value, c) => value + gravity * this.up[c])];
   }
 
   /** Stops doing a recording again, because something else is done now. */
@@ -148,9 +151,11 @@ export class LiveMotion {
     const commands = this.queue;
     this.queue = [];
     if (!this.script) this.#endPushes(commands);
+    const frame = recording.frames;
     recording.add(commands, frames);
     this.under += frames;
     const answer = await this.#guard(this.solver.request({step: {commands, frames}}));
+    recording.take(answer, frame, this.#command(this.defaults));
     if (session === this.session) this.#take(answer, frames);
     return answer;
   }
@@ -206,10 +211,11 @@ export class LiveMotion {
       this.msPerFrame = this.msPerFrame > 0 && ms < 3 * this.msPerFrame
           ? this.msPerFrame + kSmooth * (ms - this.msPerFrame) : ms;
     }
-    for (const [number, ...hold] of answer.holds) this.recording.holds.set(number, hold);
     if (answer.failed) {
+      // The solver does not know yet that what was begun since then is over.
+      this.queue = this.script ? [] : [...this.acting.keys()].filter((number) => number >= this.held.length)
+          .map((number) => ['end', number]);
       this.#drop();
-      this.queue = [];
       this.settings = {...this.defaults};
     }
     this.onAnswer(answer);

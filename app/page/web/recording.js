@@ -1,6 +1,6 @@
 // What a person did, frame by frame, and the files that say it.
 
-import {kRegion, readInteraction} from './solver_layout.js';
+import {kRegion, kType, readInteraction} from './solver_layout.js';
 
 /** The commands (see createSolverHost) given to a session since it began, in SI units. */
 export class Recording {
@@ -9,7 +9,7 @@ export class Recording {
     this.startFrame = startFrame;
     this.held = held;        // numbers of the interactions of the file
     this.frames = 0;
-    this.commands = [];      // [{frame, command}]
+    this.commands = [];      // [{frame, command, implied}], implied: what the solver does by itself where it fails
     this.holds = new Map();  // where a grab took hold (m), by number
   }
 
@@ -21,12 +21,23 @@ export class Recording {
 
   /** Commands given before a frame. */
   before(frame) {
-    return this.commands.filter((entry) => entry.frame === frame).map(({command}) => command);
+    return this.commands.filter((entry) => entry.frame === frame && !entry.implied).map(({command}) => command);
+  }
+
+  /** Takes in what the solver says of a frame; `settings` is the command by which it goes on where it has failed. */
+  take({holds, failed}, frame, settings) {
+    for (const [number, ...hold] of holds) this.holds.set(number, hold);
+    if (!failed) return;
+    const begun = this.commands.filter((entry) => entry.command[0] === 'begin' && entry.frame <= frame);
+    const implied = [...begun.map(({command: [, number]}) => ['end', number]), settings];
+    const later = this.commands.findIndex((entry) => entry.frame > frame);
+    this.commands.splice(later < 0 ? this.commands.length : later, 0,
+        ...implied.map((command) => ({frame, command, implied: true})));
   }
 
   /** Rows of interactions.json: lengths in scene units, times in seconds since the recording began. */
   get interactions() {
-    return this.commands.filter(({command: [name]}) => name === 'begin').map((entry) => this.#row(entry));
+    return this.commands.filter((entry) => this.#acts(entry)).map((entry) => this.#row(entry));
   }
 
   /** The recording as JSON. */
@@ -44,9 +55,20 @@ export class Recording {
     };
   }
 
+  /** Whether something begins that lasts a frame and, if it is a grab, has taken hold. */
+  #acts({frame, command: [name, number, numbers]}) {
+    return name === 'begin' && !(this.#end(number) <= frame) &&
+        (numbers[0] !== kType.grab || this.holds.has(number));
+  }
+
+  /** The frame before which an interaction ends. */
+  #end(number) {
+    return this.commands.find(({command}) => command[0] === 'end' && command[1] === number)?.frame;
+  }
+
   #row({frame, command: [, number, numbers]}) {
     const it = readInteraction(numbers), {fps} = this.body, scene = (values) => values.map((v) => v / this.body.metres);
-    const end = this.commands.find(({command}) => command[0] === 'end' && command[1] === number)?.frame;
+    const end = this.#end(number);
     const region = it.region === kRegion.sphere ? {sphere: scene([...it.point, it.radius])} : 'all';
     const start = frame / fps, span = end === undefined ? {} : {duration: (end - frame) / fps};
     switch (it.type) {
@@ -66,7 +88,6 @@ export class Recording {
 
   /** Way of a hand or finger from `first` (m) on: [[t, x, y, z]], one point per frame. */
   #path(number, begin, end = this.frames, first = this.holds.get(number)) {
-    if (!first) return [];
     const targets = new Map();
     for (const {frame, command: [name, of, ...at]} of this.commands) {
       if (of !== number) continue;

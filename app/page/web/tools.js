@@ -134,7 +134,7 @@ export class Hand {
       end: (hand) => this.live.end(hand.number),
     },
     pin: {
-      begin: (hand) => {
+      end: (hand) => {
         const place = times(hand.rest, this.live.body.metres);
         const pins = this.pins.filter((region) => regionContains(region, place));
         for (const {number} of pins) this.live.end(number);

@@ -79,6 +79,13 @@ TEST_F(PipelineTest, FromSceneToClipOfAFlowerThatMovesAndComesBack) {
   EXPECT_NEAR(again["stages"]["simulate"]["summary"]["mass_kg"].get<double>() /
                   manifest["stages"]["simulate"]["summary"]["mass_kg"].get<double>(),
               123 / manifest["stages"]["simulate"]["found"]["material"]["density"].get<double>(), 1e-4);
+
+  // A page that cannot be as small as it was asked to be takes nothing else along.
+  fs::remove(run / "report.html");
+  other.insert(other.end(), {"--html-size", "1k"});
+  EXPECT_EQ(run_pliant(other), 2);
+  EXPECT_TRUE(fs::exists(run / "report.html"));
+  EXPECT_TRUE(fs::exists(run / "clip.html")) << "the earlier one, of the same motion";
 }
 
 TEST_F(PipelineTest, MistakesOfTheCommandLineExitWithTwo) {

@@ -78,7 +78,7 @@ TEST_F(ClipPageTest, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
     const stepped = frame();
     await hold();
     for (let k = 0; k < 9; ++k) press('g', true);
-    await until(() => pliant.recording()?.frames > 0);
+    await until(() => pliant.recording()?.interactions.length > 0);
     return {stepped, interactions: pliant.recording().interactions, errors: pliant.errors};
   })())");
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
@@ -87,6 +87,73 @@ TEST_F(ClipPageTest, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
   EXPECT_EQ(value["stepped"], 9);
   ASSERT_EQ(value["interactions"].size(), 1u) << value["interactions"];
   EXPECT_FALSE(value["interactions"][0].contains("duration"));
+}
+
+// The first finger of two that turn the camera may lie on the object.
+TEST_F(ClipPageTest, PinsAreMadeByATapAndNotByAPinch) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const json answer = evaluate("(async () => {" + kPress + R"(
+    press('5');
+    const canvas = document.getElementById('canvas'), {left, top, width, height} = canvas.getBoundingClientRect();
+    canvas.setPointerCapture = () => {};
+    const touch = (type, id, x, y) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: id, pointerType: 'touch',
+      isPrimary: id === 1, button: 0, clientX: x, clientY: y, bubbles: true}));
+    const pins = () => pliant.recording()?.interactions.filter(({type}) => type === 'pin').length ?? 0;
+    let place = null;
+    for (let k = 0; k < 400 && !pliant.live(); ++k) {
+      place = [left + (k % 20 + 0.5) * width / 20, top + (Math.floor(k / 20) + 0.5) * height / 20];
+      touch('pointerdown', 1, ...place);
+      if (!pliant.live()) touch('pointerup', 1, ...place);
+    }
+    touch('pointerdown', 2, place[0] + 40, place[1]);
+    touch('pointerup', 2, place[0] + 40, place[1]);
+    touch('pointerup', 1, ...place);
+    await until(() => pliant.recording()?.frames > 5);
+    const pinched = pins();
+    touch('pointerdown', 1, ...place);
+    touch('pointerup', 1, ...place);
+    await until(() => pins() > 0);
+    return {pinched, tapped: pins(), live: pliant.live(), errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["value"], json({{"pinched", 0}, {"tapped", 1}, {"live", true}, {"errors", json::array()}}));
+}
+
+// What the solver does by itself where it fails is in the recording; so is a grab whose session ended with its frame.
+TEST_F(ClipPageTest, ARecordingSaysWhatTheSolverGaveUpAndCanBeReplayed) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const json answer = evaluate("(async () => {" + names_of_top(0.1f) + R"(
+    await pliant.ready;
+    await pliant.solver.ready;
+    pliant.setLevel(pliant.solver.levels.length - 1);
+    pliant.grab(place, radius);
+    const under = pliant.advance(1);
+    pliant.reset();
+    await under;
+    const left = pliant.recording();
+    const grab = pliant.grab(place, radius);
+    pliant.drag(grab, hand);
+    await pliant.advance(8);
+    pliant.begin({type: 'wind', strength: [1, 0, 0]});
+    pliant.setSettings({stiffness: 1e6});
+    const {failed} = await pliant.advance(1);
+    await pliant.advance(4);
+    return {left, failed, recording: pliant.recording()};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json &value = answer["value"], &recording = value["recording"];
+  ASSERT_TRUE(value["failed"].is_string());
+  EXPECT_EQ(recording["frames"], 13);
+  ASSERT_EQ(recording["interactions"].size(), 1u) << "the wind never blew: " << recording["interactions"];
+  EXPECT_NEAR(recording["interactions"][0]["duration"], 8 / recording["solver_fps"].get<double>(), 1e-9);
+  EXPECT_EQ(recording["settings"].back()["frame"], 8);
+  EXPECT_EQ(recording["settings"].back()["young_scale"], 1);
+  for (const char* name : {"left", "recording"}) {
+    write_text(folder / "recording.json", value[name].dump());
+    EXPECT_EQ(run_quietly({"simulate", (folder / "run").string(), "--recording", (folder / "recording.json").string()}),
+              0)
+        << name;
+  }
 }
 
 TEST_F(ClipPageTest, WhereTheProgramLeavesTheArrowsGoThroughTheRecordingAgain) {

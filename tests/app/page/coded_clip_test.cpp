@@ -76,6 +76,24 @@ TEST(CodedSplats, EmptyCloudsAndExtremeNumbersAreKept) {
   EXPECT_GT(sigmoid(back.opacity_logit[2]), 0.9999f);
 }
 
+TEST(CodedSplats, AFewExtremeGaussiansDoNotRoundTheOthersMore) {
+  for (const bool seen : {false, true}) {
+    GaussianCloud cloud = random_cloud(4000, 0);
+    const CodedSplats usual = code_splats({0, false}, cloud);
+    cloud.opacity_logit[7] = seen ? 3 : -20;
+    cloud.sh_of(7)[1] = 3e4f;
+    if (!seen) cloud.log_scale[7] = Vec3f::Constant(60);
+    const CodedSplats coded = code_splats({0, false}, cloud);
+    const auto width = [](const CodedSplats::Range& range) { return range.high - range.low; };
+    EXPECT_LT(width(coded.colour_range), 1.01 * width(usual.colour_range)) << seen;
+    EXPECT_LT(width(coded.log_scale_range), 1.01 * width(usual.log_scale_range)) << seen;
+    EXPECT_NEAR(decoded(coded).sh_of(7)[1], coded.colour_range.high, 1e-5) << "as far as it goes";
+  }
+  GaussianCloud invisible = random_cloud(5, 0);
+  for (float& logit : invisible.opacity_logit) logit = -20;
+  EXPECT_NEAR(decoded(code_splats({0, true}, invisible)).sh_of(2)[0], invisible.sh_of(2)[0], 1e-4);
+}
+
 TEST(CodedMotion, EveryFrameLiesWithinHalfAStepHoweverFast) {
   Random random(5);
   const size_t drivers = 20;
@@ -123,6 +141,17 @@ TEST(CodedMotion, WithoutAStepHasTheFinestThatFits) {
     for (size_t i = 0; i < rest.size(); ++i)
       EXPECT_LT((decoded(coded, rest, t).position[i] - frames[t].position[i]).cwiseAbs().maxCoeff(),
                 0.501 * coded.position_step + 1e-6);
+}
+
+TEST(ClipFile, DriversHaveNumbersOf16Bits) {
+  Binding binding;
+  binding.driver.assign(Binding::kCount, -1);
+  binding.weight.assign(Binding::kCount, 0);
+  ClipFile file;
+  binding.driver[0] = 65534;
+  EXPECT_NO_THROW(add_level(file, "motion", 0, {}, binding));
+  binding.driver[0] = 65535;
+  EXPECT_THROW(add_level(file, "motion", 1, {}, binding), std::logic_error);
 }
 
 TEST(ClipFile, ArraysBeginAtMultiplesOfFourAndSayTheirShape) {

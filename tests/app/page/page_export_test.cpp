@@ -5,7 +5,10 @@
 
 #include "app/live/recording.h"
 #include "app/page/clip_html.h"
+#include "app/page/page_assets.h"
+#include "app/page/page_stage.h"
 #include "gaussians/base/error.h"
+#include "tests/app/finished_stage.h"
 #include "tests/app/fit_video_scene.h"
 #include "tests/temporary_folder.h"
 
@@ -48,6 +51,34 @@ class PageExport : public FitVideo {
   static std::string run() { return (folder / "run").string(); }
   static std::string page(const std::string& name) { return (folder / name).string(); }
   static json header(const std::string& file) { return header_in(read_text(file)); }
+  /// Bytes of a section of a page.
+  static size_t section(const std::string& file, const std::string& name) {
+    const std::string html = read_text(file), begin = "id=\"clip-" + name + "\">";
+    const size_t at = html.find(begin) + begin.size();
+    return html.find("</script>", at) - at;
+  }
+  /// Of a page of that size: 0, or the minimum that the refusal names.
+  static size_t try_size(size_t size) {
+    fs::remove(page("small.html"));
+    ::testing::internal::CaptureStderr();
+    const int code = run_quietly({"export", run(), "--html", page("small.html"), "--html-size", std::to_string(size)});
+    const std::string said = ::testing::internal::GetCapturedStderr(), before = "minimum is ";
+    EXPECT_EQ(code == 0, fs::exists(page("small.html"))) << said;
+    EXPECT_TRUE(code == 0 || said.find(": " + std::to_string(size) + ": ") != std::string::npos) << said;
+    return code == 0 ? 0 : std::stoul(said.substr(said.find(before) + before.size()));
+  }
+  /// What a page would be made from after this change of run.json.
+  static StageInputs<PageStage> inputs_after(const std::function<void(json&)>& change) {
+    const fs::path file = folder / "run/run.json";
+    const std::string before = read_text(file);
+    json record = json::parse(before);
+    change(record["stages"]);
+    write_text(file, record.dump());
+    const RunDirectory directory = RunDirectory::open(folder / "run");
+    StageInputs<PageStage> inputs = inputs_of(directory, load_run_scene(directory), PageStage());
+    write_text(file, before);
+    return inputs;
+  }
 };
 
 TEST_F(PageExport, KeepsToItsSizeAndSaysWhatItGaveUp) {
@@ -59,23 +90,14 @@ TEST_F(PageExport, KeepsToItsSizeAndSaysWhatItGaveUp) {
   EXPECT_LE(fs::file_size(page("less.html")), most);
   EXPECT_NE(header(page("less.html"))["about"]["given_up"], "");
   ::testing::internal::CaptureStderr();
-  EXPECT_EQ(run_quietly({"export", run(), "--html", page("none.html"), "--html-size", "200k"}), 2);
+  EXPECT_EQ(run_quietly({"export", run(), "--html", page("none.html"), "--html-size", "100k"}), 2);
   EXPECT_NE(::testing::internal::GetCapturedStderr().find("--html-size"), std::string::npos);
   EXPECT_FALSE(fs::exists(page("none.html")));
 }
 
 TEST_F(PageExport, TheMinimumThatIsNamedIsEnoughAndNoByteLess) {
-  const auto try_size = [&](size_t size) {
-    fs::remove(page("small.html"));
-    ::testing::internal::CaptureStderr();
-    const int code = run_quietly({"export", run(), "--html", page("small.html"), "--html-size", std::to_string(size)});
-    const std::string said = ::testing::internal::GetCapturedStderr(), before = "minimum is ";
-    EXPECT_EQ(code == 0, fs::exists(page("small.html"))) << said;
-    EXPECT_TRUE(code == 0 || said.find(": " + std::to_string(size) + ": ") != std::string::npos) << said;
-    return code == 0 ? 0 : std::stoul(said.substr(said.find(before) + before.size()));
-  };
   // A page holds a video of less than a tenth of its size.
-  for (const size_t video : {0, 35'000}) {
+  for (const size_t video : {0, 12'000}) {
     fs::remove(folder / "run/clip.mp4");
     if (video > 0) write_text(folder / "run/clip.mp4", std::string(video, 'x'));
     const size_t least = try_size(100'000);
@@ -83,6 +105,68 @@ TEST_F(PageExport, TheMinimumThatIsNamedIsEnoughAndNoByteLess) {
     EXPECT_EQ(try_size(least), 0u) << video;
     EXPECT_LE(fs::file_size(page("small.html")), least) << video;
   }
+  fs::remove(folder / "run/clip.mp4");
+}
+
+TEST_F(PageExport, TheSolverIsGivenUpLastAndThatIsSaid) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  fs::remove(folder / "run/clip.mp4");
+  fs::remove(page("whole.html"));
+  ASSERT_EQ(run_quietly({"export", run(), "--html", page("whole.html"), "--html-size", "1000M"}), 0);
+  const size_t least = try_size(100'000);
+  ASSERT_EQ(try_size(least), 0u);
+  const json plays = header(page("small.html"));
+  EXPECT_TRUE(plays["solver"].is_null());
+  EXPECT_NE(plays["plays_only"], "");
+  EXPECT_NE(plays["about"]["given_up"].get<std::string>().find("playback only"), std::string::npos);
+  const size_t enough = least + section(page("whole.html"), "solver") + section(page("whole.html"), "levels");
+  ASSERT_EQ(try_size(enough), 0u);
+  EXPECT_LE(fs::file_size(page("small.html")), enough);
+  EXPECT_TRUE(header(page("small.html"))["solver"].is_object());
+  EXPECT_EQ(header(page("small.html"))["plays_only"], "");
+}
+
+// As `view` wants it, whose page comes from the same machine.
+TEST_F(PageExport, APageThatMayGrowHasASolverWhateverItsSize) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory directory = RunDirectory::open(folder / "run");
+  PageStage stage;
+  stage.size = 1;
+  stage.grows = true;
+  export_page(context, directory, load_run_scene(directory), stage, page("grown.html"));
+  EXPECT_TRUE(header(page("grown.html"))["solver"].is_object());
+}
+
+TEST_F(PageExport, AGivenEIsNoPrediction) {
+  const auto found = [&](const json& given) {
+    return inputs_after([&](json& stages) {
+             stages["simulate"]["found"]["predicted"] = "palm";
+             const json band = {{"low", 1}, {"typical", 2}, {"high", 3}};
+             stages["predict"] = finished_stage({{"understood", "palm"},
+                                                 {"guessed", false},
+                                                 {"softness", 0.5},
+                                                 {"given", given},
+                                                 {"young", 2},
+                                                 {"young_band", band}});
+           })
+        .found;
+  };
+  EXPECT_EQ(found(json::array({"density"}))["prediction"]["young_band"]["high"], 3);
+  EXPECT_FALSE(found(json::array({"density", "young"})).contains("prediction"));
+}
+
+TEST_F(PageExport, AClipOfAnEarlierMotionIsNotInThePage) {
+  write_text(folder / "run/clip.mp4", "x");
+  const auto has_clip = [&](const std::string& trajectory) {
+    return inputs_after([&](json& stages) {
+             stages["render"] = finished_stage(json::object(), json::array({"clip.mp4"}));
+             stages["render"]["inputs"]["trajectory"] = trajectory;
+           }).files.count("clip") > 0;
+  };
+  EXPECT_TRUE(has_clip(hash_of_input(inputs_after([](json&) {}).files.at("trajectory"))));
+  EXPECT_FALSE(has_clip("of another motion"));
   fs::remove(folder / "run/clip.mp4");
 }
 

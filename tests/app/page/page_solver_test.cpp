@@ -196,6 +196,48 @@ TEST_F(PageSolver, GivesTheBitsOfTheNativeBaselineSolver) {
   unsetenv("PLIANT_INSTRUCTION_SET");
 }
 
+TEST_F(PageSolver, MovesABodyThatNeedsManySubstepsAtRest) {
+  Case c(Law::kFixedCorotated);
+  for (float& young : c.particles.young) young = 5e9f;
+  json description = described(c);
+  description["script"] = {{{"frame", 1}, {"set", {4, 0.4, 0, 0, -9.81}}}};
+  description["frames"] = 2;
+  const json printed = run(description);
+  ASSERT_FALSE(printed.contains("error")) << printed;
+  EXPECT_GT(printed["substeps"].get<int>(), 2 * 2000);
+}
+
+TEST_F(PageSolver, HasTheGridAndTheTransfersOfTheSimulation) {
+  setenv("PLIANT_INSTRUCTION_SET", "baseline", 1);
+  std::vector<float> usual;
+  for (const bool others : {false, true}) {
+    Case c(Law::kFixedCorotated);
+    if (others) {
+      c.options.grid = GridKind::kEulerian;
+      c.options.flip_time = 0.05;
+      c.options.sleep_speed = 1e-4;
+    }
+    json description = described(c);
+    description["script"] = json::array();
+    const std::vector<float> expected = native(c, description["script"]);
+    const json printed = run(description);
+    ASSERT_FALSE(printed.contains("error")) << printed;
+    const std::vector<float> computed = result();
+    ASSERT_EQ(computed.size(), expected.size());
+    for (size_t k = 0; k < expected.size(); ++k) ASSERT_NEAR(computed[k], expected[k], 1e-5) << k;
+    EXPECT_NE(computed, usual);
+    usual = computed;
+  }
+  unsetenv("PLIANT_INSTRUCTION_SET");
+}
+
+TEST_F(PageSolver, WhereTooFewParticlesCarryAWeightThePageOnlyPlays) {
+  Case c(Law::kFixedCorotated);
+  EXPECT_TRUE(solver_header(c).is_object());
+  c.held.back().region = Region::sphere(Vec3d(5, 5, 5), 0.01);
+  EXPECT_TRUE(solver_header(c).is_null());
+}
+
 TEST_F(PageSolver, ErrorsReachThePageWithTheirText) {
   const Case c(Law::kFixedCorotated);
   json description = described(c);
