@@ -100,11 +100,14 @@ TEST_F(ClipPageTest, PinsAreMadeByATapAndNotByAPinch) {
       isPrimary: id === 1, button: 0, clientX: x, clientY: y, bubbles: true}));
     const pins = () => pliant.recording()?.interactions.filter(({type}) => type === 'pin').length ?? 0;
     let place = null;
-    for (let k = 0; k < 400 && !pliant.live(); ++k) {
-      place = [left + (k % 20 + 0.5) * width / 20, top + (Math.floor(k / 20) + 0.5) * height / 20];
-      touch('pointerdown', 1, ...place);
-      if (!pliant.live()) touch('pointerup', 1, ...place);
-    }
+    await until(() => {
+      for (let k = 0; k < 400 && !pliant.live(); ++k) {
+        place = [left + (k % 20 + 0.5) * width / 20, top + (Math.floor(k / 20) + 0.5) * height / 20];
+        touch('pointerdown', 1, ...place);
+        if (!pliant.live()) touch('pointerup', 1, ...place);
+      }
+      return pliant.live();
+    });
     touch('pointerdown', 2, place[0] + 40, place[1]);
     touch('pointerup', 2, place[0] + 40, place[1]);
     touch('pointerup', 1, ...place);
