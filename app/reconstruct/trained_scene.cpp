@@ -13,6 +13,7 @@
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/ply.h"
 
 namespace pliant {
@@ -60,6 +61,15 @@ json read_own_scene(const fs::path& file) {
 bool is_made(const json& made, const std::string& part) {
   const char* key = part == kMaskNames ? "labels" : part == "masks" ? "masks" : "photos";
   return made.value(key, "") == part;
+}
+
+/// Where photos that were written anew no longer say how they were held: the up that the source's photos tell.
+std::optional<Eigen::Vector3d> lost_up(const TrainedScene& scene, const std::vector<Camera>& written) {
+  constexpr double kAlike = 0.98;  // cosine
+  if (!scene.photos.changed || scene.set.settings.up) return std::nullopt;
+  const std::optional<UpDirection> source = up_of_cameras(scene.cameras.cameras), now = up_of_cameras(written);
+  if (!source || (now && source->up.dot(now->up) > kAlike)) return std::nullopt;
+  return source->up;
 }
 
 /// Removes what the last training wrote.  What someone else put in its place, or has changed since, is moved aside.
@@ -158,6 +168,7 @@ std::vector<std::string> write_trained_scene(RunDirectory& run, const TrainedSce
   write_lenses(folder / kLensFile, scene.photos);
 
   json made = {{"splats", splats}, {"cameras", "transforms.json"}};
+  if (const auto up = lost_up(scene, cameras)) made["up"] = {up->x(), up->y(), up->z()};
   if (scene.photos.changed) {
     made["photos"] = "photos";
   } else if (!scene.set.photos.empty()) {
@@ -195,6 +206,7 @@ void update_scene_file(RunDirectory& run, const PhotoSet& set) {
   if (written.value("labels", "") != kMaskNames) written.erase("labels");
   for (const char* key : {"splats", "cameras", "photos", "masks", "labels"})
     if (written.contains(key)) made[key] = written[key];
+  if (!set.settings.up && written.contains("up")) made["up"] = written["up"];
   merge_scene_file(run, set, made, note.is_object() ? note["parts"] : json::object(), false);
 }
 

@@ -18,9 +18,11 @@
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/photo.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/render/render.h"
 #include "tests/app/run_pliant.h"
+#include "tests/gaussians/photo_files.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -298,6 +300,31 @@ TEST_F(Reconstruct, TheLensesOfChangedPhotosAreKept) {
   ASSERT_LT(scene.cameras[2].width, kWidth);
   EXPECT_EQ(read_lens(folder / "scene" / kLensFile, scene.cameras[2]).value().distortion[0], 0.1);
   EXPECT_EQ(read_lens(folder / "scene" / kLensFile, scene.cameras[2]).value().width, kWidth);
+}
+
+TEST_F(Reconstruct, UpIsThatOfPhotosThatWereHeldSideways) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 12);
+  // Half a ring of cameras that were turned by a quarter, whose photos say so as JPEG.
+  std::vector<Camera> cameras = read_transforms(folder / "set/transforms.json").cameras, half;
+  for (size_t i = 0; i < 6; ++i) {
+    Camera& camera = half.emplace_back(cameras[i]);
+    const Eigen::Matrix<double, 2, 3> right_down = camera.cam_from_world.linear().topRows<2>();
+    camera.cam_from_world.linear().topRows<2>() = stored_from_upright(6).cast<double>() * right_down;
+    const cv::Mat picture = picture_of(kWidth, kHeight, [](int x, int y, int c) { return 3 * x + 2 * y + 9 * c; });
+    camera.photo = (folder / "set/photos" / (camera.name + ".jpg")).string();
+    write_text(camera.photo, with_orientation(encoded(".jpg", picture), 6, true));
+  }
+  write_transforms(folder / "set/transforms.json", half);
+  const fs::path out = folder / "scene";
+  const auto train = [&] {
+    return run_quietly(
+        command(folder / "set", out, {"--iterations", "3", "--max-image-size", "40", "--pose-convention", "as-given"}));
+  };
+  ASSERT_EQ(train(), 0);
+  EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5);
+  ASSERT_EQ(train(), 0);
+  EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5) << "after a skipped training";
 }
 
 TEST_F(Reconstruct, AFinishedResultLeavesTheCheckpointOfALongerTraining) {
