@@ -16,6 +16,16 @@ namespace pliant {
 
 const std::array<const char*, 6> kDistortionNames = {"k1", "k2", "p1", "p2", "k3", "k4"};
 
+namespace {
+
+/// A path as it may have been written under Windows.
+fs::path with_slashes(std::string path) {
+  std::replace(path.begin(), path.end(), '\\', '/');
+  return path;
+}
+
+}  // namespace
+
 fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders, const std::string& name) {
   std::vector<fs::path> stems;
   if (!photos.empty()) stems = {photos / name, photos / fs::path(name).filename()};
@@ -27,17 +37,19 @@ fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders
       if (fs::is_regular_file(candidate, ignored)) return candidate.lexically_normal();
     }
   }
-  return {};
+  const std::string slashed = with_slashes(name).string();
+  return slashed == name ? fs::path() : find_photo(photos, folders, slashed);
 }
 
-std::string name_of_photo(const fs::path& photo) {
+std::string name_of_photo(const fs::path& file) {
+  const fs::path photo = with_slashes(file.string());
   const std::string suffix = photo.extension().string();
   return (suffix.size() > 1 && std::isalpha(static_cast<unsigned char>(suffix[1])) ? photo.stem() : photo.filename())
       .string();
 }
 
 std::string long_name_of_photo(const fs::path& photo) {
-  const fs::path path = photo.lexically_normal();
+  const fs::path path = with_slashes(photo.string()).lexically_normal();
   std::string name = (path.parent_path() / name_of_photo(path)).generic_string();
   std::replace(name.begin(), name.end(), '/', '_');
   return name;
@@ -124,7 +136,7 @@ void CameraCollector::make_names_unique() {
   for (size_t i = 0; i < result_.cameras.size(); ++i) {
     std::string& name = result_.cameras[i].name;
     if (uses[name] > 1) name = long_name_of_photo(names_[i]);
-    const bool bare = !fs::path(names_[i]).has_parent_path() && result_.cameras[i].photo.empty();
+    const bool bare = !with_slashes(names_[i]).has_parent_path() && result_.cameras[i].photo.empty();
     if (const std::string base = name; bare && !base.empty())
       for (int n = 2; taken.count(name); ++n) name = base + "_" + std::to_string(n);
     if (name.empty() || !taken.insert(name).second) {

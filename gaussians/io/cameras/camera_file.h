@@ -28,11 +28,11 @@ enum class PhotoFit {
 extern const std::array<const char*, 6> kDistortionNames;
 
 /// The photo of a frame, suffix optional: in `photos` (may be empty) by its name with or without folders, else below
-/// one of `folders`.  Empty when there is none.
+/// one of `folders`; `\` separates folders where no file has it in its name.  Empty when there is none.
 std::filesystem::path find_photo(const std::filesystem::path& photos, const std::vector<std::filesystem::path>& folders,
                                  const std::string& name);
 
-/// Name of the camera of a photo: its file name without folder and suffix ("frame.0001" has none).
+/// Name of the camera of a photo: its file name without folder, also of Windows, and suffix ("frame.0001" has none).
 std::string name_of_photo(const std::filesystem::path& photo);
 /// The same with its folders, joined by '_', where several photos have that name.
 std::string long_name_of_photo(const std::filesystem::path& photo);

@@ -354,6 +354,32 @@ TEST(Cameras, DistortionIsKeptThroughTransformsAndReported) {
             std::string::npos);
 }
 
+TEST(Cameras, PathsOfPhotosMayBeThoseOfWindows) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(write_cameras(folder / "t.json", some_cameras()).empty());
+  json file = json::parse(read_text(folder / "t.json"));
+  size_t k = 0;
+  for (json& frame : file["frames"]) {
+    frame["file_path"] = (k % 2 ? "train\\a\\" : "train\\b\\") + std::to_string(k / 2) + ".png";
+    frame.erase("camera_name");
+    ++k;
+  }
+  write_text(folder / "t.json", file.dump());
+  for (const char* photo : {"train/b/0.png", "train/a/0.png"}) {
+    fs::create_directories((folder / photo).parent_path());
+    write_image(folder / photo, ImageF(320, 240, 3));
+  }
+  const CameraFile read = read_cameras(folder / "t.json");
+  ASSERT_EQ(read.photos_found, 2);
+  EXPECT_EQ(fs::path(read.cameras[1].photo), folder / "train/a/0.png");
+  EXPECT_EQ(read.cameras[0].name, "train_b_0");
+  EXPECT_EQ(read.cameras[1].name, "train_a_0");
+  EXPECT_EQ(name_of_photo("C:\\shots\\IMG_1.JPG"), "IMG_1");
+  // A name that holds one is that of the file that there is.
+  write_image(folder / "odd\\name.png", ImageF(320, 240, 3));
+  EXPECT_EQ(find_photo({}, {folder / "."}, "odd\\name"), folder / "odd\\name.png");
+}
+
 TEST(Colmap, OfSeveralModelsTheFirstOrTheLargestIsTakenAndTheOthersAreNamed) {
   const std::vector<Camera> cameras = some_cameras();
   for (const bool binary : {true, false})
