@@ -10,10 +10,12 @@ nlohmann::json prepare_object(const Context& context, RunDirectory& run, Scene& 
                               SimulateStage& simulate) {
   run_extract(context, run, scene, stages.extract);
   const bool predicts = needs_prediction(scene, stages.predict, simulate);
-  if (predicts)
+  if (predicts) {
     assume_height(context, run, scene, stages.predict);
-  else
+  } else {
+    forget_assumed_height(run, scene);
     scale_by_object(run, scene);
+  }
   if (stages.repair) run_repair(context, run, scene, *stages.repair);
   run_fill(context, run, scene, stages.seed.fill);
   nlohmann::json prediction;

@@ -73,8 +73,9 @@ Scene attach_scene(const Context& context, RunDirectory& run, const std::filesys
   if (!context.overwrite) keep_mean_up(run, scene, options);
   check_names(scene);
   refuse_unused(options, scene);
+  const bool changed = run.scene() != record;
   run.set_scene(record, context.overwrite);
-  run.set_note("assumed_height", {});
+  if (changed) forget_assumed_height(run, scene);
   for (const std::string& warning : scene.warnings) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
@@ -108,9 +109,17 @@ Scene load_run_scene(const RunDirectory& run) {
 }
 
 void scale_by_object(const RunDirectory& run, Scene& scene) {
-  if (const json assumed = run.note("assumed_height"); assumed.is_number()) scene.object_height = assumed;
+  const json assumed = run.note("assumed_height");
+  if (assumed.is_number() && !scene.settings.metres_per_unit) scene.object_height = assumed;
   if (scene.object_height > 0 && run.has("extract"))
     scene.metres_per_unit = scene.object_height / extracted(run, {"height"})["height"].get<double>();
+}
+
+void forget_assumed_height(RunDirectory& run, Scene& scene) {
+  if (!run.note("assumed_height").is_number()) return;
+  run.set_note("assumed_height", {});
+  scene.object_height = run.scene().value("object_height", 0.0);
+  if (!run.scene().contains("metres_per_unit") && !scene.settings.metres_per_unit) scene.metres_per_unit = 1;
 }
 
 bool reads_present(const RunDirectory& run, const std::string& stage, const std::string& role) {

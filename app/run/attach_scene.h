@@ -20,6 +20,8 @@ void refuse_unused(const LoadOptions& options, const Scene& scene);
 /// Sets metres_per_unit of a scene by the height of its object, where that is given, or assumed, and the object is
 /// extracted.
 void scale_by_object(const RunDirectory& run, Scene& scene);
+/// Without what `predict` took the object's height to be, where that was assumed.
+void forget_assumed_height(RunDirectory& run, Scene& scene);
 
 /// Folder of the extracted object, relative to the run directory.
 std::string object_folder(const RunDirectory& run);

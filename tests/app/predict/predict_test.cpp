@@ -201,6 +201,22 @@ TEST_F(Predict, ALabelOfTheStageSetsTheScaleAndAnotherScaleIsRefused) {
   EXPECT_EQ(height(), object_prior({"", "sunflower", "", {}, {}}).height->typical);
   const std::vector<std::string> simulate = {"simulate", directory, "--fps", "20", "--duration", "0.1"};
   EXPECT_EQ(run_quietly(simulate), 0);
+  // It stays while the scene is attached as before, and goes once that tells the length of its unit.
+  const json assumed = height();
+  std::vector<std::string> segment = {"segment", (folder_ / "scene").string(), "--out",         directory,
+                                      "--aabb",  "-0.1,-0.1,0.9,0.9,0.3,1.3",  "--orbit-views", "6"};
+  EXPECT_EQ(run_quietly(segment), 0);
+  EXPECT_EQ(height(), assumed);
+  segment.insert(segment.end(), {"--metres-per-unit", "0.5"});
+  EXPECT_EQ(run_quietly(segment), 0);
+  EXPECT_TRUE(height().is_null());
+  segment.resize(segment.size() - 2);
+  EXPECT_EQ(run_quietly(segment), 0);
+  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower"}), 0);
+  EXPECT_EQ(height(), assumed);
+  ASSERT_EQ(run({"--young", "1e5", "--poisson", "0.3", "--density", "500"}), 0);
+  EXPECT_TRUE(height().is_null()) << "nothing is predicted";
+  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower"}), 0);
   json record = read_json(folder_ / "run/run.json");
   record["assumed_height"] = 7;
   write_text(folder_ / "run/run.json", record.dump());
