@@ -78,7 +78,7 @@ Particles coarse_body(const SolidFile& file, const SolidSamples& samples, const 
   const Pieces pieces = find_pieces(all.position, all.volume, reach);
   std::vector<Region> regions;
   for (const Interaction& pin : pins) regions.push_back(pin.region);
-  const int held = largest_held(pieces, all, regions);
+  const int held = largest_held(pieces, all.position, regions);
   std::vector<int> body;
   for (size_t i = 0; i < moving.size(); ++i)
     if (pieces.piece[i] == held) body.push_back(moving[i]);

@@ -15,7 +15,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kOwnBody = 0.05;     // share of the volume from which on a piece is a body of its own
 constexpr size_t kShown = 6;          // pieces with a colour or a sentence of their own
 const Vec3f kRest(0.6f, 0.6f, 0.6f);  // colour of what is not simulated
 
@@ -23,27 +22,13 @@ const Vec3f kRest(0.6f, 0.6f, 0.6f);  // colour of what is not simulated
 
 bool BodyPieces::any_loose() const { return std::find(loose.begin(), loose.end(), 1) != loose.end(); }
 
-std::vector<uint8_t> held_pieces(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins) {
-  std::vector<uint8_t> held(pieces.size(), 0);
-  for (size_t i = 0; i < samples.size(); ++i)
-    for (const Region& pin : pins)
-      if (pin.signed_distance(samples.position[i].cast<double>()) < 0) held[pieces.piece[i]] = 1;
-  return held;
-}
-
-int largest_held(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins) {
-  const std::vector<uint8_t> held = held_pieces(pieces, samples, pins);
-  const auto first = std::find(held.begin(), held.end(), 1);
-  return first == held.end() ? 0 : static_cast<int>(first - held.begin());
-}
-
 BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Region>& pins, SimulatedPart& part) {
   BodyPieces body;
   body.samples = part.kept;
   const SolidSamples kept = samples.select(part.kept);
   body.pieces = find_pieces(kept.position, kept.volume, kPieceReach * part.cell_size);
   const size_t n = body.pieces.size();
-  body.held = held_pieces(body.pieces, kept, pins);
+  body.held = held_pieces(body.pieces, kept.position, pins);
   body.centre.assign(n, Vec3f::Zero());
   body.count.assign(n, 0);
   const double whole = kept.total_volume();

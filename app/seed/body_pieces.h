@@ -4,14 +4,10 @@
 #include <vector>
 
 #include "app/run/run_directory.h"
+#include "app/simulate/motion.h"
 #include "physics/body/driving_particles.h"
-#include "physics/body/pieces.h"
-#include "physics/loads/region.h"
 
 namespace pliant {
-
-/// Cells between samples of one piece.
-constexpr float kPieceReach = 0.75f;
 
 /// The simulated samples of a body by what hangs together.
 struct BodyPieces {
@@ -24,11 +20,6 @@ struct BodyPieces {
 
   bool any_loose() const;
 };
-
-/// [pieces] 1 = one of the regions holds a sample of the piece.
-std::vector<uint8_t> held_pieces(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins);
-/// The largest piece that is held; the largest of all where none is.
-int largest_held(const Pieces& pieces, const SolidSamples& samples, const std::vector<Region>& pins);
 
 /// Pieces of what `part` simulates.  Those that hang on nothing are taken out of it: their Gaussians follow the nearest
 /// driving particles then.

@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "physics/body/pieces.h"
-
 namespace pliant {
 namespace {
 
-constexpr float kReach = 1;            // cells between samples of one piece
-constexpr double kOwnBody = 0.05;      // share of the volume from which on a piece that nothing holds moves by itself
 constexpr double kNearPins = 1.0 / 3;  // of the farthest particle's distance
 
 /// Distance to the nearest pin, 0 inside.
@@ -32,10 +28,8 @@ std::vector<int> held_particles(const ParticleFile& file, const std::vector<Regi
     driver.push_back(file.solid_driver[s]);
     whole += file.solid_volume[s];
   }
-  const Pieces pieces = find_pieces(position, volume, kReach * static_cast<float>(file.cell_size));
-  std::vector<uint8_t> held(pieces.size(), 0);
-  for (size_t s = 0; s < position.size(); ++s)
-    if (!held[pieces.piece[s]] && distance_to(pins, position[s]) == 0) held[pieces.piece[s]] = 1;
+  const Pieces pieces = find_pieces(position, volume, kPieceReach * static_cast<float>(file.cell_size));
+  const std::vector<uint8_t> held = held_pieces(pieces, position, pins);
   if (std::count(held.begin(), held.end(), 1) == 0) return {};
   std::vector<uint8_t> free(file.driving_position.size(), 0);
   for (size_t s = 0; s < position.size(); ++s) {
@@ -63,6 +57,21 @@ std::vector<int> highest(const std::vector<Vec3f>& position, const std::vector<i
 }
 
 }  // namespace
+
+std::vector<uint8_t> held_pieces(const Pieces& pieces, const std::vector<Vec3f>& position,
+                                 const std::vector<Region>& pins) {
+  std::vector<uint8_t> held(pieces.size(), 0);
+  for (size_t i = 0; i < position.size(); ++i)
+    for (const Region& pin : pins)
+      if (pin.signed_distance(position[i].cast<double>()) < 0) held[pieces.piece[i]] = 1;
+  return held;
+}
+
+int largest_held(const Pieces& pieces, const std::vector<Vec3f>& position, const std::vector<Region>& pins) {
+  const std::vector<uint8_t> held = held_pieces(pieces, position, pins);
+  const auto first = std::find(held.begin(), held.end(), 1);
+  return first == held.end() ? 0 : static_cast<int>(first - held.begin());
+}
 
 ObjectTip tip_of(const ParticleFile& file, const std::vector<Region>& pins, const Vec3d& up) {
   const std::vector<Vec3f>& position = file.driving_position;

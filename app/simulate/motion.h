@@ -5,9 +5,19 @@
 
 #include "app/store/particles.h"
 #include "app/store/trajectory.h"
+#include "physics/body/pieces.h"
 #include "physics/loads/region.h"
 
 namespace pliant {
+
+constexpr float kPieceReach = 0.75f;  ///< cells between samples of one piece
+constexpr double kOwnBody = 0.05;     ///< share of the volume from which on a piece that nothing holds moves by itself
+
+/// [pieces] 1 = one of the regions holds a sample of the piece; `position`: of the samples that `pieces` numbers.
+std::vector<uint8_t> held_pieces(const Pieces& pieces, const std::vector<Vec3f>& position,
+                                 const std::vector<Region>& pins);
+/// The largest piece that is held; the largest of all where none is.
+int largest_held(const Pieces& pieces, const std::vector<Vec3f>& position, const std::vector<Region>& pins);
 
 /// The driving particles whose motion is taken for that of an object, and which the automatic push moves.
 struct ObjectTip {

@@ -39,8 +39,8 @@ TEST(BodyPieces, SmallOnesThatHangOnNothingAreLeftOut) {
   EXPECT_NEAR(part.volume, 1120e-6, 1e-9);
   EXPECT_NEAR((body.centre[3] - Vec3f(0.01f, 0.01f, 1.005f)).norm(), 0, 0.01);
   EXPECT_EQ(body.held, (std::vector<uint8_t>{0, 0, 1, 0}));
-  EXPECT_EQ(largest_held(body.pieces, samples, pins), 2);
-  EXPECT_EQ(largest_held(body.pieces, samples, {}), 0);
+  EXPECT_EQ(largest_held(body.pieces, samples.position, pins), 2);
+  EXPECT_EQ(largest_held(body.pieces, samples.position, {}), 0);
   const nlohmann::json rows = pieces_json(body);
   ASSERT_EQ(rows.size(), 4u);
   EXPECT_EQ(rows[3]["simulated"], false);
