@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "app/reconstruct/photo_set.h"
+#include "app/reconstruct/reconstruct_stage.h"
+#include "gaussians/base/error.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/images/image_io.h"
@@ -69,6 +72,31 @@ inline std::vector<std::string> command(const std::filesystem::path& photos, con
   for (const auto& [option, value] : {std::pair{"--init", "random"}, {"--max-gaussians", "1k"}, {"--sh-degree", "0"}})
     if (std::find(more.begin(), more.end(), option) == more.end()) words.insert(words.end(), {option, value});
   return words;
+}
+
+/// Trains with the library; interrupted after so many questions about it, two an iteration (-1 = never).
+inline bool train(const std::filesystem::path& photos, const std::filesystem::path& out, ReconstructStage stage,
+                  int questions, bool overwrite = false) {
+  RunDirectory run = RunDirectory::create(out);
+  Progress progress(true);
+  const Context context{progress, [&, asked = 0]() mutable { return questions >= 0 && asked++ >= questions; }, 1, 1,
+                        overwrite};
+  try {
+    run_reconstruct(context, run, photos, stage);
+    return true;
+  } catch (const Error& error) {
+    if (error.failure != Failure::kInterrupted) throw;
+    return false;
+  }
+}
+
+inline ReconstructStage short_stage() {
+  ReconstructStage stage;
+  stage.train.iterations = 250;
+  stage.train.most_gaussians = 600;
+  stage.train.exposure = true;
+  stage.start = "random";
+  return stage;
 }
 
 }  // namespace pliant

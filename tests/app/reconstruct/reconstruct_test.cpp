@@ -65,30 +65,6 @@ TEST_F(Reconstruct, FindsAMadeSceneAgainFromItsPhotos) {
   EXPECT_EQ(read_json(out / "results.json.1")["iterations"], 600);
 }
 
-/// Trains with the library; interrupted after so many questions about it, two an iteration (-1 = never).
-bool train(const fs::path& photos, const fs::path& out, ReconstructStage stage, int questions, bool overwrite = false) {
-  RunDirectory run = RunDirectory::create(out);
-  Progress progress(true);
-  const Context context{progress, [&, asked = 0]() mutable { return questions >= 0 && asked++ >= questions; }, 1, 1,
-                        overwrite};
-  try {
-    run_reconstruct(context, run, photos, stage);
-    return true;
-  } catch (const Error& error) {
-    if (error.failure != Failure::kInterrupted) throw;
-    return false;
-  }
-}
-
-ReconstructStage short_stage() {
-  ReconstructStage stage;
-  stage.train.iterations = 250;
-  stage.train.most_gaussians = 600;
-  stage.train.exposure = true;
-  stage.start = "random";
-  return stage;
-}
-
 TEST_F(Reconstruct, AnInterruptedTrainingThatIsGoneOnWithEndsWithTheSameBits) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 8);
@@ -131,6 +107,22 @@ TEST_F(Reconstruct, TheCheckpointOfOtherOptionsOrADamagedOneIsMovedAside) {
   write_text(folder / "scene/checkpoint.h5", "damaged");
   EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1));
   EXPECT_EQ(read_text(folder / "scene/checkpoint.h5.1"), "damaged");
+}
+
+TEST_F(Reconstruct, AFinishedResultLeavesTheCheckpointOfALongerTraining) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  ReconstructStage brief = short_stage(), longer = short_stage();
+  brief.train.iterations = 10;
+  longer.train.iterations = 60;
+  ASSERT_TRUE(train(folder / "set", folder / "scene", brief, -1));
+  EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
+  ASSERT_FALSE(train(folder / "set", folder / "scene", longer, 40));
+  const std::string checkpoint = sha256_of_file(folder / "scene/checkpoint.h5");
+  ASSERT_TRUE(train(folder / "set", folder / "scene", brief, -1));
+  EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5"), checkpoint);
+  ASSERT_TRUE(train(folder / "set", folder / "scene", longer, -1));
+  EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
 }
 
 /// Which side of the plane z = 0 most of what a pixel shows lies on; 0 where nothing is.

@@ -156,22 +156,6 @@ TEST_F(Reconstruct, UpIsThatOfPhotosThatWereHeldSideways) {
   EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5) << "after a skipped training";
 }
 
-TEST_F(Reconstruct, AFinishedResultLeavesTheCheckpointOfALongerTraining) {
-  const TemporaryFolder folder;
-  make_photos(folder / "set", 4);
-  ReconstructStage brief = short_stage(), longer = short_stage();
-  brief.train.iterations = 10;
-  longer.train.iterations = 60;
-  ASSERT_TRUE(train(folder / "set", folder / "scene", brief, -1));
-  EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
-  ASSERT_FALSE(train(folder / "set", folder / "scene", longer, 40));
-  const std::string checkpoint = sha256_of_file(folder / "scene/checkpoint.h5");
-  ASSERT_TRUE(train(folder / "set", folder / "scene", brief, -1));
-  EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5"), checkpoint);
-  ASSERT_TRUE(train(folder / "set", folder / "scene", longer, -1));
-  EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
-}
-
 TEST_F(Reconstruct, ARunDirectoryIsNotReplacedByAScene) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 4);
