@@ -164,7 +164,10 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
       if (row.contains("path")) {
         out.path = parse_path(row["path"], metres, where);
         out.pivot = out.path.front().position;
-      }
+      } else if (out.region.bounded())
+        out.pivot = out.region.middle();
+      else if (!out.angular_velocity.isZero())
+        required(row, "pivot", where);
       if (row.contains("pivot")) out.pivot = metres * vector_of(row["pivot"], where, "pivot");
       break;
     case InteractionType::kPoke:

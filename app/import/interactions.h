@@ -29,7 +29,8 @@ nlohmann::json region_to_json(const Region& region);
 ///   {type: gust, region, wind: [m/s], drag 1/s | acceleration: [m/s^2], start, duration}
 ///   {type: ground, point, normal, friction}
 ///   {type: collider, region, contact: sticky|slip|separating, friction, container: matter is inside the shape,
-///    velocity: [m/s] | path of `pivot`, angular_velocity: [rad/s] about `pivot`, start, duration}
+///    velocity: [m/s] | path of `pivot`, angular_velocity: [rad/s] about `pivot` (default: the start of the path, else
+///    the middle of the region; a plane needs one), start, duration}
 ///   {type: poke, radius, path of the finger's centre, friction, start}
 ///   {type: torque, region, torque: [N m] about the centre of the touched mass, start, duration}
 ///   {type: wind, wind: [m/s], region, drag_coefficient, air_density kg/m^3, start, duration}

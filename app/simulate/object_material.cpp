@@ -16,8 +16,9 @@ constexpr double kUnusedPoisson = 0.3, kUnusedDensity = 1000;  // where files sa
 const std::vector<MaterialConstant> kConstants = {
     {"viscosity_time",
      &Material::viscosity_time,
-     "Kelvin-Voigt damping: stress from strain + this * strain rate [s]",
-     {}},
+     "Kelvin-Voigt damping: stress from strain + this * strain rate; all but fluid [s]",
+     {Law::kFixedCorotated, Law::kNeoHookean, Law::kHencky, Law::kMetal, Law::kSand, Law::kSnow, Law::kFoam,
+      Law::kPlasticine, Law::kViscoelastic}},
     {"yield_stress",
      &Material::yield_stress,
      "Uniaxial yield stress; metal, foam, plasticine [Pa]",

@@ -78,20 +78,44 @@ std::optional<Interaction> floor_of(const json& extract, const std::vector<Inter
 
 namespace {
 
-/// The rest of the scene near the object as an obstacle.
+/// Chooses which part of the background becomes an obstacle: that within half of the object's size, and as much around
+/// it as kNodes nodes reach, kCoarser times as far apart as those of the least part.
+void choose_part(const Box& object, const Box& background, SceneDistanceOptions& options) {
+  constexpr float kMargin = 0.5f, kMostMargin = 100, kGrowth = 1.1f;  // of the object's size; of one margin to the next
+  constexpr double kSteps = 64, kCoarser = 1.5, kNodes = 1 << 21;     // along the least part; of its spacing
+  const float size = object.size().maxCoeff(), least = kMargin * size;
+  const auto around = [&](float margin) {
+    Box box;
+    box.low = (object.low.array() - margin * size).max(background.low.array() - least).min(object.low.array() - least);
+    box.high =
+        (object.high.array() + margin * size).min(background.high.array() + least).max(object.high.array() + least);
+    return box;
+  };
+  const auto nodes = [&](const Box& box, double spacing) {
+    return (box.size().cast<double>().array() / spacing + 1).prod();
+  };
+  options.box = around(kMargin);
+  options.spacing = options.box.size().maxCoeff() / kSteps;
+  const double coarsest = kCoarser * options.spacing;
+  for (float margin = kMargin; margin < kMostMargin && nodes(around(margin), coarsest) <= kNodes; margin *= kGrowth)
+    options.box = around(margin);
+  while (nodes(options.box, options.spacing) > kNodes) options.spacing *= kGrowth;
+}
+
+/// The rest of the scene around the object as an obstacle.
 Interaction obstacle_of(const Context& context, const std::filesystem::path& file, const Scene& scene,
                         const Particles& particles) {
   constexpr double kFriction = 0.5;
-  constexpr float kMargin = 0.5f;  // of the object's size, on every side
   const float units = static_cast<float>(1 / scene.metres_per_unit);
   SceneDistanceOptions options;
-  for (const Vec3f& x : particles.position) options.box.add(x * units);
-  const Vec3f margin = Vec3f::Constant(kMargin * options.box.size().maxCoeff());
-  options.box.low -= margin;
-  options.box.high += margin;
+  Box object;
+  for (const Vec3f& x : particles.position) object.add(x * units);
   if (!scene.cameras_are_orbit)
     for (const Camera& camera : scene.cameras) options.viewpoints.push_back(camera.centre().cast<float>());
   const GaussianCloud background = read_ply(file);
+  Box everything;
+  for (const Vec3f& x : background.position) everything.add(x);
+  choose_part(object, everything, options);
   std::vector<int> near;
   for (size_t i = 0; i < background.size(); ++i)
     if (options.box.contains(background.position[i])) near.push_back(static_cast<int>(i));
@@ -245,7 +269,7 @@ SimulatedBody make_body(ParticleFile file, const Scene& scene, const ElasticSamp
   body.drivers.cell_size = body.file.cell_size;
   body.particles = make_particles<float>(body.drivers, body.samples, simulated, scene.metres_per_unit);
   body.particles.links = body.file.driving_links;
-  body.particles.materials = {material};
+  give_material(body.drivers, material, body.particles);
   if (!simulated.branch.empty())
     give_branches(branches_of(body.drivers, body.samples, simulated.branch), material, body.particles);
   body.space.scale = scene.metres_per_unit;

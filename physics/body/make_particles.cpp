@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "gaussians/base/error.h"
 
@@ -29,6 +30,14 @@ void validate_material(const std::string& where, const ElasticSamples& material)
     throw usage_error(where, "", "young, poisson and density differ in length", "give one value each per sample");
   for (size_t i = 0; i < material.size(); ++i)
     validate_material(where, material.young[i], material.poisson[i], material.density[i]);
+}
+
+ThinFactors thin_factors(const DrivingParticles& drivers, size_t driver) {
+  if (drivers.thickness.empty()) return {};
+  const double full = kThinCells * drivers.cell_size, t = drivers.thickness[driver];
+  if (!(t > 0 && t < full)) return {};
+  const double r = std::max(t / full, kThinnestPart), area = drivers.rod[driver] ? r * r : r;
+  return {area, area * r, area * r * r};
 }
 
 template <class T>
@@ -59,20 +68,52 @@ BasicParticles<T> make_particles(const DrivingParticles& drivers, const SolidSam
   out.cell_size = static_cast<T>(drivers.cell_size * s);
   for (size_t d = 0; d < n; ++d) {
     CHECK_MSG(volume[d] > 0, "driving particle without volume");
-    double young = std::exp(log_young[d] / volume[d]), simulated = volume[d];
-    const double full = kThinCells * drivers.cell_size, t = drivers.thickness.empty() ? 0 : drivers.thickness[d];
-    if (t > 0 && t < full) {
-      const double ratio = std::max(t / full, kThinnestPart), area = drivers.rod[d] ? ratio * ratio : ratio;
-      simulated /= area;
-      young *= area * ratio * ratio;
-    }
+    const ThinFactors thin = thin_factors(drivers, d);
     out.position.push_back((drivers.position[d].cast<double>() * s).cast<T>());
-    out.volume.push_back(static_cast<T>(simulated * s3));
+    out.volume.push_back(static_cast<T>(volume[d] / thin.area * s3));
     out.mass.push_back(static_cast<T>(mass[d] * s3));
-    out.young.push_back(static_cast<T>(young));
+    out.young.push_back(static_cast<T>(std::exp(log_young[d] / volume[d]) * thin.stiffness));
     out.poisson.push_back(static_cast<T>(poisson[d] / volume[d]));
   }
   return out;
+}
+
+namespace {
+
+/// Whether a law has constants in pascal beside E.
+bool has_own_moduli(Law law) {
+  return law == Law::kMetal || law == Law::kPlasticine || law == Law::kFoam || law == Law::kFluid ||
+         law == Law::kViscoelastic;
+}
+
+Material thinned(Material m, const ThinFactors& thin) {
+  m.yield_stress *= thin.strength;
+  for (double Material::*constant :
+       {&Material::hardening, &Material::plastic_viscosity, &Material::bulk_modulus, &Material::dynamic_viscosity,
+        &Material::branch_shear, &Material::branch_lambda, &Material::branch_viscosity})
+    m.*constant *= thin.stiffness;
+  return m;
+}
+
+}  // namespace
+
+void give_material(const DrivingParticles& drivers, const Material& common, Particles& particles) {
+  constexpr double kSteps = 1000;  // per natural logarithm of the thickness; there are 3000 of sheets and 3000 of rods
+  particles.materials = {common};
+  particles.material_index.clear();
+  if (!has_own_moduli(common.law)) return;
+  std::map<std::pair<bool, long>, uint16_t> number;
+  std::vector<uint16_t> index(particles.size(), 0);
+  for (size_t d = 0; d < particles.size(); ++d) {
+    const ThinFactors thin = thin_factors(drivers, d);
+    if (thin.area == 1) continue;
+    const long step = std::lround(kSteps * std::log(thin.stiffness / thin.strength));
+    const auto [at, added] =
+        number.insert({{drivers.rod[d] != 0, step}, static_cast<uint16_t>(particles.materials.size())});
+    if (added) particles.materials.push_back(thinned(common, thin));
+    index[d] = at->second;
+  }
+  if (!number.empty()) particles.material_index = std::move(index);
 }
 
 std::vector<RelaxingBranch> branches_of(const DrivingParticles& drivers, const SolidSamples& samples,
@@ -83,7 +124,7 @@ std::vector<RelaxingBranch> branches_of(const DrivingParticles& drivers, const S
   std::vector<RelaxingBranch> out(drivers.size());
   for (size_t k = 0; k < samples.size(); ++k) {
     const int d = drivers.sample_driver[k];
-    const float share = samples.volume[k] / volume[d];
+    const float share = static_cast<float>(thin_factors(drivers, d).stiffness) * samples.volume[k] / volume[d];
     out[d].shear += share * branch[k].shear;
     out[d].lambda += share * branch[k].lambda;
     out[d].viscosity += share * branch[k].viscosity;

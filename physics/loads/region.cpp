@@ -116,6 +116,19 @@ Vec3d Region::normal(const Vec3d& x) const {
   return Vec3d::UnitZ();
 }
 
+double Region::half_thickness() const {
+  if (!bounded()) return std::numeric_limits<double>::infinity();
+  if (kind == Kind::kBox) return 0.5 * (vector - point).minCoeff();
+  return kind == Kind::kSphere ? radius : std::min(radius, 0.5 * (vector - point).norm());
+}
+
+double Region::farthest(const Vec3d& x) const {
+  if (!bounded()) return std::numeric_limits<double>::infinity();
+  if (kind == Kind::kBox) return (x - point).cwiseAbs().cwiseMax((x - vector).cwiseAbs()).norm();
+  if (kind == Kind::kSphere) return (x - point).norm() + radius;
+  return std::max((x - point).norm(), (x - vector).norm()) + radius;
+}
+
 Region Region::grown(double distance) const {
   Region r = *this;
   switch (kind) {

@@ -28,6 +28,13 @@ struct Region {
   /// Unit gradient of the signed distance: the outward normal at the nearest point of the surface.
   Vec3d normal(const Vec3d& x) const;
   bool contains(const Vec3d& x) const { return signed_distance(x) <= 0; }
+  /// Middle of a bounded region: not of all or a half space.
+  Vec3d middle() const { return kind == Kind::kSphere ? point : Vec3d(0.5 * (point + vector)); }
+  bool bounded() const { return kind != Kind::kAll && kind != Kind::kHalfSpace; }
+  /// Half of its smallest extent; infinity where it is not bounded.
+  double half_thickness() const;
+  /// Distance from x within which all of it lies; infinity where it is not bounded.
+  double farthest(const Vec3d& x) const;
   /// The region whose surface lies `distance` outside of this one's (inside where negative, by less than half of a
   /// cylinder's height).
   Region grown(double distance) const;

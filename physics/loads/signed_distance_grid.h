@@ -17,6 +17,11 @@ struct SignedDistanceGrid {
   Vec3d position(int i, int j, int k) const { return origin + spacing * Vec3d(i, j, k); }
   float& at(int i, int j, int k) { return value[(static_cast<size_t>(i) * size[1] + j) * size[2] + k]; }
 
+  /// Whether x lies in the box of the nodes.
+  bool covers(const Vec3d& x) const {
+    const Vec3d high = position(size[0] - 1, size[1] - 1, size[2] - 1);
+    return (x.array() >= origin.array()).all() && (x.array() <= high.array()).all();
+  }
   /// Distance and its unit gradient.  Outside the box: the value at the nearest point of the box plus the way there.
   struct Sample {
     double distance;

@@ -31,6 +31,8 @@ struct StepLoads {
   double object_friction = 0.5;  ///< Coulomb coefficient between bodies
   std::vector<int> source;       ///< the caller's numbers for colliders, pins and body loads, in that order; see
                                  ///< Mpm::impulses
+  std::vector<int> acting;       ///< the caller's marks of what holds or drives the nodes, such as numbers; where they
+                                 ///< change, what sleeps wakes
   std::vector<double> density;   ///< [objects] kg/m^3, mean of each body at rest: from it and a node's mass follows how
                                  ///< near the body's surface is; missing = contact as soon as a node has mass
 };

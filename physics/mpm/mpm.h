@@ -71,6 +71,10 @@ class Mpm {
            data_.side.size() * (sizeof(LawMemory<T>) + 6 * sizeof(T));
   }
 
+  /// Wakes all that sleeps if the gravity, pins, colliders or marks of `loads` differ from those of the last call since
+  /// `load`; every step begins with one.
+  void wake_on_change(const StepLoads<T>& loads);
+
   /// The three parts of a step, on one thread.
   void particles_to_grid(T dt, const StepLoads<T>& loads);
   void update_grid(T dt, const StepLoads<T>& loads);
@@ -121,7 +125,6 @@ class Mpm {
   void reorder_chunk(int chunk);
   bool sleeping() const { return options_.sleep_speed > 0; }
   void carry_rest();
-  void wake_on_change(const StepLoads<T>& loads);
   bool scatter_can_wait(int b, T dt, const StepLoads<T>& loads);
   void measure_motion(int n);
   bool gather_can_wait(int b, T dt);
@@ -181,7 +184,7 @@ class Mpm {
   std::vector<BlockRest<T>> rest_of_block_;  // [particle blocks], with sleep_speed only
   std::vector<NodeMotion<T>> node_motion_;   // [node blocks], likewise
   Vec3<T> last_gravity_ = Vec3<T>::Zero();   // of the last step, whose change wakes all
-  size_t last_conditions_ = 0;
+  std::vector<int> last_conditions_;         // likewise; empty = not known
 
   static constexpr int kReorderChunk = 2048;
   std::vector<ParticleRecord<T>> spare_record_;

@@ -14,11 +14,13 @@ namespace {
 /// A block wakes when its nodes' acceleration changes by this many times sleep_speed / sleep_time, below which it was
 /// while it came to rest.
 constexpr double kWakeFactor = 10;
-constexpr size_t kNoConditions = ~size_t{0};
 
+/// What holds or drives the nodes, besides gravity.
 template <class T>
-size_t conditions(const StepLoads<T>& loads) {
-  return loads.pins.size() + (loads.colliders.size() << 16);
+std::vector<int> conditions(const StepLoads<T>& loads) {
+  std::vector<int> all = {static_cast<int>(loads.pins.size()), static_cast<int>(loads.colliders.size())};
+  all.insert(all.end(), loads.acting.begin(), loads.acting.end());
+  return all;
 }
 
 }  // namespace
@@ -27,7 +29,7 @@ size_t conditions(const StepLoads<T>& loads) {
 template <class T>
 void Mpm<T>::load_rest(const BasicSimulationState<T>& state) {
   rest_of_block_.assign(data_.grid.particle_blocks(), {});
-  last_conditions_ = kNoConditions;
+  last_conditions_.clear();
   if (state.quiet_time.size() != data_.record.size()) return;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b) {
     T least = std::numeric_limits<T>::infinity();
@@ -61,10 +63,10 @@ void Mpm<T>::carry_rest() {
 
 template <class T>
 void Mpm<T>::wake_on_change(const StepLoads<T>& loads) {
-  const bool same =
-      last_conditions_ == kNoConditions || (last_gravity_ == loads.gravity && last_conditions_ == conditions(loads));
+  std::vector<int> now = conditions(loads);
+  const bool same = last_conditions_.empty() || (last_gravity_ == loads.gravity && last_conditions_ == now);
   last_gravity_ = loads.gravity;
-  last_conditions_ = conditions(loads);
+  last_conditions_ = std::move(now);
   if (same) return;
   for (BlockRest<T>& rest : rest_of_block_) rest = {};
 }

@@ -17,6 +17,10 @@ bool marks_particles(InteractionType type) {
          type == InteractionType::kWeight;
 }
 
+bool is_obstacle(InteractionType type) {
+  return type == InteractionType::kGround || type == InteractionType::kCollider || type == InteractionType::kPoke;
+}
+
 template <class T>
 void add(StepLoads<T>& loads, uint32_t bit, const Vec3d& acceleration, double drag = 0) {
   loads.body.push_back({bit, acceleration.cast<T>(), static_cast<T>(drag)});
@@ -69,6 +73,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
   }
   for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume_[o] > 0 ? mass[o] / volume_[o] : 0);
   body_size_ = bounds.size().norm() + 4 * dx;
+  body_middle_ = bounds.centre().cast<double>();
   cell_size_ = dx;
   const std::vector<T> loaded = masses_with_weights(particles, interactions);
   for (const T m : loaded) body_mass_ += m;
@@ -217,9 +222,33 @@ double LoadSchedule<T>::collider_speed(double t, double dt) const {
       speed = std::max(
           speed, (it.path[k].position - it.path[k - 1].position).norm() / (it.path[k].time - it.path[k - 1].time));
     }
-    fastest = std::max(fastest, speed + it.angular_velocity.norm() * body_size_);
+    const double spin = it.angular_velocity.norm();
+    if (spin > 0) {
+      // The farthest from the pivot of what is both in the collider, as far as it is bounded, and near the body.
+      const Vec3d moved =
+          it.path.empty() ? Vec3d((t - it.start) * it.vector) : Vec3d(path_position(it.path, t - it.start) - it.pivot);
+      const double own = it.distance ? INFINITY : it.region.farthest(it.pivot);
+      speed += spin * std::min(own, (it.pivot + moved - body_middle_).norm() + body_size_);
+    }
+    fastest = std::max(fastest, speed);
   }
   return fastest;
+}
+
+template <class T>
+std::vector<int> LoadSchedule<T>::acting(double t) const {
+  std::vector<int> marks;
+  for (size_t k = 0; k < entries_.size(); ++k) {
+    const Interaction& it = entries_[k].interaction;
+    const bool lasts = it.type == InteractionType::kGravity || it.type == InteractionType::kPin || is_obstacle(it.type);
+    if (!lasts || t < it.start || t >= entries_[k].end) continue;
+    bool moves = false;
+    for (size_t p = 1; p < it.path.size(); ++p)
+      moves |= t >= it.start + it.path[p - 1].time && t < it.start + it.path[p].time &&
+               it.path[p].position != it.path[p - 1].position;
+    marks.insert(marks.end(), {static_cast<int>(k), moves ? 1 : 0});
+  }
+  return marks;
 }
 
 template <class T>
@@ -295,6 +324,7 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
   loads.source = std::move(collider_source);
   loads.source.insert(loads.source.end(), pin_source.begin(), pin_source.end());
   loads.source.insert(loads.source.end(), body_source.begin(), body_source.end());
+  if (options_.sleep_speed > 0) loads.acting = acting(middle);
   if (cancels_gravity(middle)) gravity -= options_.gravity;
   loads.gravity = gravity.cast<T>();
   loads.velocity_scale = options_.damping_time > 0 ? static_cast<T>(std::exp(-2 * dt / options_.damping_time)) : T(1);

@@ -63,8 +63,11 @@ class LoadSchedule {
   bool has_wind() const;
   /// Whether a pin that reaches the body is active at time t.
   bool pinned(double t) const;
-  /// Whether the gravity under which the body was captured is cancelled at time t.
-  bool cancels_gravity(double t) const { return options_.rest_shape == RestShapeMode::kCaptured && pinned(t); }
+  /// Whether the gravity under which the body was captured is cancelled at time t: a pin holds it then and did so as it
+  /// was captured.
+  bool cancels_gravity(double t) const {
+    return options_.rest_shape == RestShapeMode::kCaptured && pinned(0) && pinned(t);
+  }
   /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  `source` holds
   /// the numbers of the interactions.
   void at(double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
@@ -101,12 +104,16 @@ class LoadSchedule {
                       StepAdjoint<T>& particles, Vec3d& by_torque) const;
   void add_grab(const Entry& entry, double t, double dt, const Mpm<T>& solver, StepLoads<T>& loads) const;
   void add_torque(const Entry& entry, double part, const Mpm<T>& solver, StepLoads<T>& loads) const;
+  /// Numbers of the rows of gravity, pins, colliders and fingers that act at time t, each with 1 if it is on its way
+  /// along its path then, else 0.
+  std::vector<int> acting(double t) const;
   /// Distance [m] by which a finger misses the particles at rest.
   double miss_of(const Interaction& poke, const BasicParticles<T>& particles) const;
   Collider collider_at(const Entry& entry, double t, double dt) const;
 
   SimulateOptions options_;
   double body_mass_ = 0, body_size_ = 0, cell_size_ = 0;
+  Vec3d body_middle_ = Vec3d::Zero();     // at rest
   std::vector<double> density_, volume_;  // of each object
   std::vector<Entry> entries_;
   std::vector<uint32_t> bits_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "physics/simulate/grab_spring.h"
 
 namespace pliant {
 namespace {
@@ -18,6 +19,19 @@ Vec3d touched_centre(const Particles& particles, const SimulationState& state, c
     mass += particles.mass[i];
   }
   return mass > 0 ? Vec3d(sum / mass) : Vec3d::Zero();
+}
+
+/// Ends a path at a time, where it is then.
+void cut_path(std::vector<Interaction::PathPoint>& path, double time) {
+  if (path.back().time <= time) return;
+  const Vec3d place = path_position(path, time);
+  std::erase_if(path, [&](const Interaction::PathPoint& point) { return point.time >= time; });
+  path.push_back({time, place});
+}
+
+/// Whether nothing of it is left after a time.
+bool is_over(const Interaction& it, double time) {
+  return it.end() <= time || (it.type == InteractionType::kImpulse && it.start < time);
 }
 
 bool follows_a_path(const Interaction& it) {
@@ -47,6 +61,9 @@ std::vector<Interaction> Session::acting() const {
     gravity.vector = settings_.gravity;
     script.push_back(gravity);
   }
+  // What held the body as it was captured still tells that its gravity is cancelled while anything holds it.
+  for (const Interaction& it : history_)
+    if (it.type == InteractionType::kPin && it.start == 0 && it.end() <= state_.time) script.push_back(it);
   return script;
 }
 
@@ -98,12 +115,14 @@ void Session::move(int number, const Vec3d& target) {
   Active* const a = find(number);
   if (!a) return;
   CHECK_MSG(follows_a_path(a->interaction), "only grabs and fingers move");
-  const double end = (state_.frame + 1) / options_.fps - a->interaction.start;
+  const double start = a->interaction.start, end = (state_.frame + 1) / options_.fps - start;
   std::vector<Interaction::PathPoint>& path = a->interaction.path;
-  if (a->moved)
+  if (a->moved) {
     path.back().position = target;
-  else
+  } else {
+    cut_path(path, std::max(0.0, state_.frame / options_.fps - start));
     path.push_back({end, target});
+  }
   a->moved = true;
   history_[number].path = path;
 }
@@ -136,8 +155,12 @@ void Session::advance() {
   for (size_t n = 0; n < force_.size(); ++n) force_[n] = options_.fps * summary_.impulse_of_frame.back()[n];
   summary_ = {};
   const size_t before = active_.size();
-  std::erase_if(active_, [&](const Active& a) { return a.interaction.end() <= state_.time; });
+  std::erase_if(active_, [&](const Active& a) { return is_over(a.interaction, state_.time); });
   if (active_.size() != before) rebuild();
+}
+
+bool Session::acts(int number) const {
+  return std::any_of(active_.begin(), active_.end(), [&](const Active& a) { return a.number == number; });
 }
 
 Vec3d Session::force(int number) const {

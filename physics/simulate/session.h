@@ -32,13 +32,16 @@ class Session {
   /// Begins an interaction now, whatever its `start`; returns its number.  A grab without a path takes hold of what its
   /// region holds where that is now.  Throws Error{kUsage} as `simulate` does; the session is as it was then.
   int begin(Interaction interaction);
-  /// Target of a grab, or place of a finger, at the end of the next frame [m].
+  /// Target of a grab, or place of a finger, at the end of the next frame [m]; what its path had planned after now is
+  /// given up.
   void move(int number, const Vec3d& target);
   /// Lets go now.
   void end(int number);
   /// One frame.  Throws Error{kNumerical} where no time step is small enough; the state is that of the last frame.
   void advance();
 
+  /// Whether an interaction has not ended yet, by `end` or by its duration; an impulse ends with its frame.
+  bool acts(int number) const;
   /// Mean force of an interaction in the last frame [N]; zero once it has ended.
   Vec3d force(int number) const;
   /// Everything that was begun, with times since the session began and whole paths.

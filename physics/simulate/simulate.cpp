@@ -170,6 +170,46 @@ void warn_of_idle(const LoadSchedule<T>& schedule, double seconds, SimulateSumma
       summary.warnings.push_back(name_of(schedule[k], k) + " never acts: " + why);
 }
 
+/// Whether an obstacle is so thin that grid nodes on both of its sides feel the same of the body.
+bool is_thin(const Interaction& it, double dx) {
+  constexpr double kLeastCells = 1.5;  // from its middle to its surface
+  const bool solid =
+      it.type == InteractionType::kPoke || (it.type == InteractionType::kCollider &&
+                                            it.contact == ContactKind::kSeparating && !it.container && !it.distance);
+  return solid && it.region.half_thickness() < kLeastCells * dx * (1 - 1e-6);
+}
+
+template <class T>
+void warn_of_thin_obstacles(const LoadSchedule<T>& schedule, double seconds, SimulateSummary& summary) {
+  for (size_t k = 0; k < schedule.size(); ++k) {
+    const Interaction& it = schedule[k];
+    if (!is_thin(it, summary.cell_size) || !why_idle(it, seconds).empty()) continue;
+    char line[320];
+    std::snprintf(line, sizeof line,
+                  "%s is only %.3g m from its middle to its surface, with cells of %.3g m: what is below 1.5 cells may "
+                  "pass through the body or get stuck in it; make it larger, or use more driving particles, whose "
+                  "cells are smaller",
+                  name_of(it, k).c_str(), it.region.half_thickness(), summary.cell_size);
+    summary.warnings.push_back(line);
+  }
+}
+
+/// What lies beyond the part of space for which a collider's distances are known.
+template <class T>
+void warn_of_leaving(const LoadSchedule<T>& schedule, const BasicSimulationState<T>& state, SimulateSummary& summary) {
+  for (size_t k = 0; k < schedule.size(); ++k) {
+    const Interaction& it = schedule[k];
+    if (!it.distance || !it.path.empty() || !it.vector.isZero() || !it.angular_velocity.isZero()) continue;
+    const auto outside = std::count_if(state.x.begin(), state.x.end(), [&](const Vec3<T>& x) {
+      return !it.distance->covers(x.template cast<double>());
+    });
+    if (outside == 0) continue;
+    summary.warnings.push_back(name_of(it, k) + ": " + std::to_string(outside) + " of " + std::to_string(state.size()) +
+                               " particles end outside of the space that it covers, where nothing of it stops them; "
+                               "shorten the clip, or give a ground");
+  }
+}
+
 /// Moving colliders and fingers that gave the body nothing while they acted.
 template <class T>
 void warn_of_misses(const LoadSchedule<T>& schedule, double seconds, SimulateSummary& summary) {
@@ -180,7 +220,9 @@ void warn_of_misses(const LoadSchedule<T>& schedule, double seconds, SimulateSum
                        (it.type == InteractionType::kCollider && (!it.path.empty() || it.vector.norm() > 0));
     const bool touched = std::any_of(summary.impulse_of_frame.begin(), summary.impulse_of_frame.end(),
                                      [&](const std::vector<Vec3d>& frame) { return !frame[k].isZero(0); });
-    if (moves && !touched && summary.frames > 0) summary.warnings.push_back(name_of(it, k) + " touched nothing");
+    if (moves && !touched && summary.frames > 0)
+      summary.warnings.push_back(name_of(it, k) + " touched nothing" +
+                                 (is_thin(it, summary.cell_size) ? ": it may be too thin for the grid's cells" : ""));
   }
 }
 
@@ -212,7 +254,10 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
   const double seconds = frames / options.fps;
   const bool told = !summary.warnings.empty();
   if (!told) summary.warnings = simulator.schedule().warnings();
-  if (!told && frames > 0) warn_of_idle(simulator.schedule(), seconds, summary);
+  if (!told && frames > 0) {
+    warn_of_idle(simulator.schedule(), seconds, summary);
+    warn_of_thin_obstacles(simulator.schedule(), seconds, summary);
+  }
   const bool viscous = options.viscosity_time > 0 ||
                        std::any_of(particles.materials.begin(), particles.materials.end(), [](const Material& m) {
                          return m.viscosity_time > 0 || (m.law == Law::kFluid && m.dynamic_viscosity > 0);
@@ -264,6 +309,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
     deliver();
   }
   warn_of_misses(simulator.schedule(), seconds, summary);
+  warn_of_leaving(simulator.schedule(), result.state, summary);
   warn_of_stretch(summary);
   if (summary.strays > 0)
     summary.warnings.push_back("particles left the grid " + std::to_string(summary.strays) +

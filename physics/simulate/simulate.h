@@ -109,10 +109,10 @@ using FrameSink = BasicFrameSink<float>;
 /// MLS-MPM (Hu et al. 2018) with APIC (Jiang et al. 2015) and quadratic B-splines under `interactions`, from `start`
 /// to `duration`.  A start at frame 0 is settled and handed to the sink first; a later one continues.  Positions of
 /// the regions are those of the rest shape.
-/// Gravity: a captured shape is already loaded, so while a pin holds the body, what acts is the difference of the
-/// world's gravity from `options.gravity`; when the last pin ends the whole of it acts.  With RestShapeMode::kSolve the
-/// whole of it acts always, on a body that starts with the stress that balances it; what `start` differs by from rest
-/// is added to that.
+/// Gravity: the captured shape of a body that a pin holds at the start is already loaded, so while one holds it, what
+/// acts is the difference of the world's gravity from `options.gravity`; when the last pin ends the whole of it acts,
+/// as it does always on a body that no pin holds at the start.  With RestShapeMode::kSolve the whole of it acts always,
+/// on a body that starts with the stress that balances it; what `start` differs by from rest is added to that.
 /// Trajectories are equal bit for bit for any number of threads and across save and restore.
 /// Throws Error{kUsage} for impossible options, particles or interactions, Error{kNumerical} when a frame stays
 /// unstable after all retries (the sink then has every good frame).

@@ -148,13 +148,23 @@ template <class T>
 void Simulator<T>::begin_frame(const BasicSimulationState<T>& state) {
   const Vec3d anywhere = Vec3d::Constant(std::numeric_limits<double>::infinity());
   solver_.load(state, -anywhere, anywhere);
+  if (options_.sleep_speed > 0) see_border(state.frame);
   impulse_.assign(schedule_.size(), Vec3d::Zero());
+}
+
+/// Shows the solver what acts just before a frame begins.  Steps of both frames are compared with that: what changes at
+/// the border wakes what sleeps, whether the run goes on or is resumed there.
+template <class T>
+void Simulator<T>::see_border(int frame) {
+  const double moment = 1e-6 / options_.fps;
+  schedule_.at(frame / options_.fps - moment, moment, solver_, loads_);
+  solver_.wake_on_change(loads_);
 }
 
 template <class T>
 bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape) {
   const double start = state.frame / options_.fps, dt = time_step(substeps);
-  return solver_.advance(
+  const bool good = solver_.advance(
       last - first, static_cast<T>(dt), loads_,
       [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
       [&] {
@@ -167,6 +177,8 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
         return courant_number_ <= 1;
       },
       tape);
+  if (good && last == substeps && options_.sleep_speed > 0) see_border(state.frame + 1);
+  return good;
 }
 
 template FastestWave fastest_wave(const SimulateOptions&, const BasicParticles<float>&, double);

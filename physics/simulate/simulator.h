@@ -49,6 +49,7 @@ class Simulator {
   bool interrupted() const { return options_.interrupted && options_.interrupted(); }
 
  private:
+  void see_border(int frame);
   double fastest(const BasicSimulationState<T>& state) const;
   double courant_number(double speed, double dt, double limit) const;
 

@@ -75,6 +75,23 @@ TEST(Interactions, CollidersAndFingersAreScaledAndMove) {
   EXPECT_EQ(rows[1].friction, 0.1);
 }
 
+TEST(Interactions, AColliderTurnsAboutItsMiddleWhereNothingElseIsSaid) {
+  const auto pivot = [](const std::string& keys) {
+    return parse_interactions(R"([{"type": "collider", "angular_velocity": [0, 0, 1], )" + keys + "}]", kHalfMetre,
+                              "x")[0]
+        .pivot;
+  };
+  EXPECT_EQ(pivot(R"("region": {"sphere": [2, 4, 6, 1]})"), Vec3d(1, 2, 3));
+  EXPECT_EQ(pivot(R"("region": {"box": [0, 0, 0, 2, 4, 8]})"), Vec3d(0.5, 1, 2));
+  EXPECT_EQ(pivot(R"("region": {"cylinder": [0, 0, 0, 4, 0, 0, 1]})"), Vec3d(1, 0, 0));
+  EXPECT_EQ(pivot(R"("region": {"sphere": [2, 4, 6, 1]}, "pivot": [0, 2, 0])"), Vec3d(0, 1, 0));
+  EXPECT_EQ(pivot(R"("region": {"sphere": [2, 4, 6, 1]}, "path": [[0, 8, 0, 0]])"), Vec3d(4, 0, 0));
+  EXPECT_EQ(pivot(R"("region": {"plane": [0, 0, 0, 0, 0, 1]}, "pivot": [2, 0, 0])"), Vec3d(1, 0, 0));
+  const std::string plane = R"([{"type": "collider", "region": {"plane": [0, 0, 0, 0, 0, 1]})";
+  EXPECT_EQ(error_of(plane + R"(, "angular_velocity": [0, 0, 1]}])").field, "pivot");
+  EXPECT_NO_THROW(parse_interactions(plane + R"(, "velocity": [0, 0, 1]}])", kHalfMetre, "x"));
+}
+
 TEST(Interactions, TorqueAndWindAreSi) {
   const auto rows = parse_interactions(
       R"([{"type": "torque", "region": "all", "torque": [0, 0, 0.2], "duration": 1},

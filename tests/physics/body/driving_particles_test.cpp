@@ -130,10 +130,46 @@ TEST(ThinParts, KeepMassAndBendingStiffness) {
   }
 }
 
+TEST(ThinParts, KeepTheirStrengthAndTheModuliOfTheirLaw) {
+  for (const bool rod : {false, true}) {
+    const SolidSamples samples = thin_part(rod, rod ? 0.03f : 0.004f);
+    const DrivingParticles drivers = kmeans_drivers({200, 0, 10}, samples);
+    const double r = (rod ? 0.03 : 0.004) / (kThinCells * drivers.cell_size), area = rod ? r * r : r;
+    Particles particles =
+        make_particles<float>(drivers, samples, ElasticSamples::homogeneous(samples.size(), 1e7, 0.3, 900), 1);
+    Material common;
+    common.law = Law::kMetal;
+    common.yield_stress = 3e4;
+    common.hardening = 2e5;
+    common.branch_shear = 4e6;
+    common.viscosity_time = 1e-3;
+    give_material(drivers, common, particles);
+    for (size_t d = 0; d < drivers.size(); ++d) {
+      const Material& m = particles.material(d);
+      EXPECT_NEAR(m.yield_stress / 3e4, area * r, 2e-3 * area * r);
+      EXPECT_NEAR(m.hardening / 2e5, particles.young[d] / 1e7, 4e-3 * area * r * r);
+      EXPECT_NEAR(m.branch_shear / 4e6, particles.young[d] / 1e7, 4e-3 * area * r * r);
+      EXPECT_EQ(m.viscosity_time, 1e-3);
+    }
+    EXPECT_LE(particles.materials.size(), 4u) << "one thickness";
+    common.law = Law::kHencky;
+    give_material(drivers, common, particles);
+    EXPECT_TRUE(particles.material_index.empty());
+
+    const std::vector<RelaxingBranch> branch(samples.size(), RelaxingBranch{4e6f, 5e6f, 6e3f});
+    const RelaxingBranch first = branches_of(drivers, samples, branch)[0];
+    const double factor = thin_factors(drivers, 0).stiffness;
+    EXPECT_NEAR(factor, area * r * r, 1e-4 * factor);
+    EXPECT_NEAR(first.shear / 4e6, factor, 1e-4 * factor);
+    EXPECT_NEAR(first.lambda / 5e6, factor, 1e-4 * factor);
+    EXPECT_NEAR(first.viscosity / 6e3, factor, 1e-4 * factor);
+  }
+}
+
 /// Deflection over that of a beam with bending stiffness D and mass m, both per length (and width), under a constant
 /// acceleration a: w(x) = m a / (24 D) (x^4 - 4 L x^3 + 6 L^2 x^2).
 double relative_deflection(const Particles& particles, double clamp, double length, double mass_over_stiffness,
-                           double acceleration) {
+                           double acceleration, GridKind grid = GridKind::kAutomatic) {
   Interaction pin, gust;
   pin.type = InteractionType::kPin;
   pin.region = Region::half_space(Vec3d(clamp, 0, 0), Vec3d(1, 0, 0));
@@ -142,6 +178,7 @@ double relative_deflection(const Particles& particles, double clamp, double leng
   SimulateOptions options;
   options.duration = 1.0;
   options.damping_time = 0.15;
+  options.grid = grid;
   const auto result = simulate<float>(options, particles, {pin, gust}, initial_state(particles));
   double measured = 0, expected = 0;
   for (size_t i = 0; i < particles.size(); ++i) {
@@ -161,6 +198,41 @@ TEST(ThinParts, AThinSheetBendsLikeAPlate) {
       make_particles<float>(drivers, samples, ElasticSamples::homogeneous(samples.size(), young, 0.0, density), 1);
   EXPECT_LT(thickness / drivers.cell_size, 0.3);
   EXPECT_NEAR(relative_deflection(particles, 0.1, 0.295, 12 * density / (young * thickness * thickness), 0.5), 1, 0.15);
+}
+
+/// That of this sheet with another law, over that of a plate of E = 3e7 Pa.
+double sheet_deflection(const Material& material, double young, double acceleration) {
+  const double thickness = 0.006, density = 900;
+  const SolidSamples samples = thin_part(false, thickness);
+  const DrivingParticles drivers = kmeans_drivers({600, 0, 10}, samples);
+  Particles particles =
+      make_particles<float>(drivers, samples, ElasticSamples::homogeneous(samples.size(), young, 0.0, density), 1);
+  give_material(drivers, material, particles);
+  return relative_deflection(particles, 0.1, 0.295, 12 * density / (3e7 * thickness * thickness), acceleration,
+                             GridKind::kEulerian);
+}
+
+TEST(ThinParts, AnUnrelaxedBranchStiffensASheetLikeYoungsModulus) {
+  Material elastic, relaxing;
+  relaxing.law = Law::kViscoelastic;
+  relaxing.branch_shear = 0.5 * 3e6;  // of 3e6 Pa, at a Poisson's ratio of 0; the clamp's springs know E alone
+  relaxing.branch_viscosity = 1e14;
+  EXPECT_NEAR(sheet_deflection(relaxing, 2.7e7, 0.5) / sheet_deflection(elastic, 3e7, 0.5), 1, 0.02);
+}
+
+// The moment at the clamp is rho t a L^2 / 2; at Y t^2 / 6 the surface yields.
+TEST(ThinParts, ASheetOfMetalYieldsAtItsMoment) {
+  const double thickness = 0.006, density = 900, length = 0.295, yield = 1e5;
+  const double onset = yield * thickness / (3 * density * length * length);  // m/s^2
+  Material elastic, metal;
+  elastic.law = Law::kHencky;
+  metal.law = Law::kMetal;
+  metal.yield_stress = yield;
+  const auto growth = [&](double acceleration) {
+    return sheet_deflection(metal, 3e7, acceleration) / sheet_deflection(elastic, 3e7, acceleration);
+  };
+  EXPECT_NEAR(growth(0.8 * onset), 1, 1e-4);
+  EXPECT_GT(growth(1.3 * onset), 1.003);
 }
 
 TEST(ThinParts, AThinRodBendsLikeABeamHoweverSlowly) {

@@ -335,12 +335,64 @@ TEST(Interaction, AFingerThatTouchesNothingIsReportedWithItsDistance) {
   Experiment run;
   run.options.duration = 0.1;
   Interaction poke = make(InteractionType::kPoke, Vec3d::Zero());
-  poke.region = Region::sphere(Vec3d::Zero(), 0.01);
-  poke.path = {{0, Vec3d(0.3, 0, 0)}, {0.1, Vec3d(0.2, 0, 0)}};
+  poke.region = Region::sphere(Vec3d::Zero(), 0.02);
+  poke.path = {{0, Vec3d(0.3, 0, 0)}, {0.1, Vec3d(0.21, 0, 0)}};
   const auto warnings = run.go({poke}).summary.warnings;
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_NE(warnings[0].find("0.15"), std::string::npos) << warnings[0];
   EXPECT_NE(warnings[1].find("touched nothing"), std::string::npos) << warnings[1];
+}
+
+TEST(Interaction, AnObstacleOfLessThanThreeCellsIsReportedAndWhyItMayHaveMissed) {
+  Experiment run;
+  run.options.duration = 0.1;
+  Interaction thin = make(InteractionType::kCollider, Vec3d(0, 0, -0.01)), thick = thin;
+  thin.region = Region::box(Vec3d(0, 0, 0.1), Vec3d(0.04, 0.04, 0.125));
+  thick.region = Region::box(Vec3d(0, 0, 0.1), Vec3d(0.04, 0.04, 0.135));
+  const auto warnings = run.go({thin, thick}).summary.warnings;
+  ASSERT_EQ(warnings.size(), 3u);
+  EXPECT_NE(warnings[0].find("interaction 0 (collider) is only 0.0125 m"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[1].find("interaction 0 (collider) touched nothing: it may be too thin"), std::string::npos);
+  EXPECT_EQ(warnings[2], "interaction 1 (collider) touched nothing");
+  thin.contact = ContactKind::kSticky;
+  EXPECT_EQ(run.go({thin}).summary.warnings.size(), 1u) << "it holds what is near";
+}
+
+TEST(Interaction, WhatLeavesTheSpaceOfAnObstacleIsReported) {
+  Experiment run;
+  run.options.duration = 0.2;
+  auto grid = std::make_shared<SignedDistanceGrid>();
+  grid->origin = Vec3d(-0.01, -0.01, -0.01);
+  grid->spacing = 0.1;
+  grid->size = {2, 2, 2};
+  grid->value.assign(8, 0.5f);
+  Interaction obstacle = make(InteractionType::kCollider, Vec3d::Zero());
+  obstacle.distance = grid;
+  const auto warnings = [&](double acceleration) {
+    return run.go({obstacle, make(InteractionType::kGust, Vec3d(acceleration, 0, 0))}).summary.warnings;
+  };
+  EXPECT_TRUE(warnings(0.5).empty());
+  const std::vector<std::string> left = warnings(5);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_NE(left[0].find("interaction 0 (collider): "), std::string::npos) << left[0];
+}
+
+TEST(Interaction, ATurningCollidersSpeedIsThatFarFromItsPivot) {
+  const Experiment run;
+  Interaction it = make(InteractionType::kCollider, Vec3d::Zero());
+  it.angular_velocity = Vec3d(0, 0, 10);
+  const auto speed = [&] { return LoadSchedule<double>(run.options, run.particles, {it}).collider_speed(0, 0.01); };
+  it.region = Region::sphere(Vec3d(0.1, 0, 0), 0.03);
+  it.pivot = it.region.middle();
+  EXPECT_NEAR(speed(), 10 * 0.03, 1e-12);
+  it.region = Region::box(Vec3d(-2, -0.01, 0), Vec3d(1, 0.01, 0.02));
+  it.pivot = Vec3d(-2, 0, 0);
+  EXPECT_GT(speed(), 10 * 2.0) << "at the body";
+  EXPECT_LT(speed(), 10 * 2.3) << "not at its far end";
+  it.region = Region::half_space(Vec3d(0, 0, -0.1), Vec3d(0, 0, 1));
+  it.path = {{0, Vec3d(5, 0, 0)}};
+  it.pivot = Vec3d(5, 0, 0);
+  EXPECT_NEAR(speed(), 10 * 5, 10 * 0.2);
 }
 
 TEST(Interaction, WhatBeginsAfterTheClipOrLastsNoTimeIsSaidOnce) {
@@ -376,6 +428,20 @@ TEST(Region, SignedDistancesAreThoseOfTheShapes) {
   EXPECT_DOUBLE_EQ(half.signed_distance(Vec3d(7, 7, 0)), -1);
   EXPECT_TRUE(Region::all().contains(Vec3d(1e9, 0, 0)));
   EXPECT_DOUBLE_EQ(box.scaled(2).signed_distance(Vec3d(8, 12, 2)), 10);
+}
+
+TEST(Region, HalfThicknessAndFarthestPointAreThoseOfTheShapes) {
+  const Region sphere = Region::sphere(Vec3d(1, 0, 0), 0.5), box = Region::box(Vec3d(0, 0, 0), Vec3d(1, 2, 3)),
+               flat = Region::cylinder(Vec3d(0, 0, 0), Vec3d(0, 0, 0.4), 0.3);
+  EXPECT_DOUBLE_EQ(sphere.half_thickness(), 0.5);
+  EXPECT_DOUBLE_EQ(box.half_thickness(), 0.5);
+  EXPECT_DOUBLE_EQ(flat.half_thickness(), 0.2);
+  EXPECT_DOUBLE_EQ(sphere.farthest(Vec3d(-1, 0, 0)), 2.5);
+  EXPECT_DOUBLE_EQ(box.farthest(Vec3d(1, 2, 0)), std::sqrt(1 + 4 + 9));
+  EXPECT_GE(flat.farthest(Vec3d(0, 0, 1)), std::hypot(1, 0.3));
+  EXPECT_EQ(box.middle(), Vec3d(0.5, 1, 1.5));
+  EXPECT_TRUE(std::isinf(Region::half_space(Vec3d::Zero(), Vec3d::UnitZ()).half_thickness()));
+  EXPECT_TRUE(std::isinf(Region::all().farthest(Vec3d::Zero())));
 }
 
 TEST(Interaction, NamesFollowTheEnumeration) {

@@ -83,6 +83,66 @@ TEST(Session, APathThatNobodyContinuesStaysAndSoDoesTheHold) {
   EXPECT_EQ(session.force(grab), Vec3d::Zero());
 }
 
+TEST(Session, AHandTakesOverAPathWhereItIsThen) {
+  const Bar bar;
+  Session session = bar.session();
+  Interaction grab = bar.grab;
+  const Vec3d from(0.015, 0.015, 0.08), far = from + Vec3d(0.02, 0, 0);
+  grab.path = {{0, from}, {0.1, far}, {0.5, from}};
+  const int number = session.begin(grab);
+  for (int f = 0; f < 5; ++f) session.advance();
+  session.move(number, from + Vec3d(0, 0.004, 0));
+  session.move(number, from + Vec3d(0, 0.005, 0));
+  session.advance();
+  const auto& path = session.history()[number].path;
+  ASSERT_EQ(path.size(), 3u);
+  EXPECT_NEAR(path[1].time, 0.05, 1e-12);
+  EXPECT_NEAR((path[1].position - (from + Vec3d(0.01, 0, 0))).norm(), 0, 1e-12) << "half the way to the second point";
+  EXPECT_NEAR(path[2].time, 0.06, 1e-12);
+  EXPECT_EQ(path[2].position, from + Vec3d(0, 0.005, 0));
+  for (int f = 0; f < 14; ++f) session.advance();
+  EXPECT_NO_THROW(validate_interaction(session.history()[number], 0)) << "times ascend";
+  EXPECT_EQ(session.history()[number].path.back().position, path[2].position) << "nothing of the plan is left";
+  SimulateOptions options = bar.options;
+  options.duration = 0.2;
+  const auto whole = simulate<float>(options, bar.particles, session.history(), initial_state(bar.particles));
+  double largest = 0, moved = 0;
+  for (size_t i = 0; i < bar.particles.size(); ++i) {
+    largest = std::max<double>(largest, (whole.state.x[i] - session.state().x[i]).norm());
+    moved = std::max<double>(moved, (whole.state.x[i] - bar.particles.position[i]).norm());
+  }
+  EXPECT_GT(moved, 5e-4);
+  EXPECT_LT(largest, 1e-2 * moved);
+}
+
+// Momentum: each of a hundred impulses adds its own, and none is left to be counted.
+TEST(Session, AnImpulseEndsWithItsFrameAndASpanWithItsDuration) {
+  Bar bar;
+  bar.options.gravity = Vec3d::Zero();
+  Session session(bar.options, bar.particles, {}, initial_state(bar.particles));
+  Interaction push, force;
+  push.type = InteractionType::kImpulse;
+  push.region = Region::all();
+  push.vector = Vec3d(1e-6, 0, 0);
+  force.type = InteractionType::kPointForce;
+  force.region = Region::all();
+  force.vector = Vec3d(0, 1e-3, 0);
+  force.duration = 0.025;
+  const int span = session.begin(force);
+  for (int f = 0; f < 100; ++f) {
+    const int number = session.begin(push);
+    EXPECT_TRUE(session.acts(number));
+    session.advance();
+    EXPECT_FALSE(session.acts(number));
+    EXPECT_EQ(session.acts(span), f < 2) << f;
+  }
+  Vec3d momentum = Vec3d::Zero();
+  for (size_t i = 0; i < bar.particles.size(); ++i)
+    momentum += static_cast<double>(bar.particles.mass[i]) * session.state().v[i].cast<double>();
+  EXPECT_NEAR(momentum.x(), 1e-4, 1e-6);
+  EXPECT_NEAR(momentum.y(), 2.5e-5, 1e-6);
+}
+
 TEST(Session, AHeldPinCanBeLetGoAndAnErrorLeavesTheSessionAsItWas) {
   Bar bar;
   Session session = bar.session();

@@ -228,6 +228,73 @@ TEST(Simulate, ResumedRunsEqualUnbrokenOnes) {
   EXPECT_EQ(resumed.summary.frames, whole.summary.frames - 5);
 }
 
+/// Mean velocity along z [m/s] at the end of a run in which a body sleeps when something changes after half a second,
+/// at a frame border.
+double velocity_at_last(const std::vector<Interaction>& script, const Vec3d& gravity = Vec3d(0, 0, -9.81),
+                        double damping_time = 0) {
+  const auto particles = fixture::block<float>({0.04, 0.04, 0.06}, 0.01, 1.0, 1e5);
+  SimulateOptions options = options_of(20, 0.8);
+  options.gravity = gravity;
+  options.sleep_speed = 0.2;
+  options.settle_time = 1;
+  options.damping_time = damping_time;
+  SimulationState saved;
+  const auto whole =
+      simulate<float>(options, particles, script, initial_state(particles), [&](const SimulationState& s) {
+        if (s.time == 0.5) saved = s;
+        return true;
+      });
+  EXPECT_GE(*std::min_element(saved.quiet_time.begin(), saved.quiet_time.end()), MpmOptions().sleep_time);
+  EXPECT_TRUE(equal(whole.state, simulate<float>(options, particles, script, saved).state)) << "resumed at the change";
+  double sum = 0;
+  for (const Vec3f& v : whole.state.v) sum += v.z() / static_cast<double>(particles.size());
+  return sum;
+}
+
+TEST(Simulate, WhatChangesAtAFrameBorderWakesWhatSleeps) {
+  const double change = 0.5, fallen = -9.81 * 0.3;
+  EXPECT_NEAR(velocity_at_last({pin_below(0.03, change)}), fallen, 0.02 * 9.81);
+  Interaction weight;
+  weight.type = InteractionType::kGravity;
+  weight.vector = Vec3d(0, 0, -9.81);
+  weight.start = change;
+  EXPECT_NEAR(velocity_at_last({weight}, Vec3d::Zero()), fallen, 0.02 * 9.81);
+  // One support takes the place of another, which is far below.
+  Interaction floor, lower;
+  floor.type = lower.type = InteractionType::kGround;
+  floor.region = Region::half_space(Vec3d(0, 0, -0.002), Vec3d(0, 0, 1));
+  floor.duration = lower.start = change;
+  lower.region = Region::half_space(Vec3d(0, 0, -9), Vec3d(0, 0, 1));
+  const double damping = 0.3, limit = 0.5 * 9.81 * damping;
+  EXPECT_LT(velocity_at_last({floor, lower}, Vec3d(0, 0, -9.81), damping),
+            -0.8 * limit * (1 - std::exp(-0.6 / damping)));
+}
+
+TEST(Simulate, APinThatBeginsLaterDoesNotCarryTheBodysWeight) {
+  const double height = 0.08, young = 1e4, sag = 1000 * 9.81 * height * height / (2 * young);
+  const auto particles = fixture::block<double>({0.04, 0.04, height}, 0.01, 1.0, young, 0.0);
+  /// How far the top has come down on a ground, with a pin from some time on.
+  const auto lowered = [&](double pinned_from) {
+    Interaction pin = pin_below(0.02), ground;
+    pin.start = pinned_from;
+    ground.type = InteractionType::kGround;
+    ground.region = Region::half_space(Vec3d(0, 0, -0.002), Vec3d(0, 0, 1));
+    SimulateOptions options = options_of(50, 1);
+    options.damping_time = 0.05;
+    const State end = simulate<double>(options, particles, {ground, pin}, initial_state(particles)).state;
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < particles.size(); ++i)
+      if (particles.position[i].z() > height - 0.01) {
+        sum += particles.position[i].z() - end.x[i].z();
+        ++count;
+      }
+    return sum / count;
+  };
+  EXPECT_EQ(lowered(0), 0) << "captured as its weight has bent it";
+  // What is above the pin is still compressed by its weight: nine sixteenths of the sag.
+  EXPECT_NEAR(lowered(0.5), lowered(2), 0.15 * sag);
+}
+
 TEST(Simulate, ASummaryGoesOnWhereItsFramesDid) {
   const auto particles = fixture::block<float>({0.04, 0.04, 0.04}, 0.01);
   Interaction impulse;
