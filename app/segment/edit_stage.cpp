@@ -32,12 +32,22 @@ void edit_kinds(const ObjectEdit& edit, const EditOutcome& outcome, std::map<uin
   for (size_t k = 1; k < outcome.ids.size(); ++k) kinds[outcome.ids[k]] = edited;
 }
 
+/// The cameras that `segment` has not learnt from, by its record.
+std::vector<int> held_out_of(const RunDirectory& run, size_t cameras) {
+  const json record = run.last_record("segment");
+  if (!record.is_object()) return {};
+  auto held_out = record.value("found", json::object()).value("held_out", std::vector<int>());
+  std::erase_if(held_out, [&](int c) { return c < 0 || static_cast<size_t>(c) >= cameras; });
+  return held_out;
+}
+
 }  // namespace
 
 json run_edit(const Context& context, RunDirectory& run, const Scene& scene, const EditStage& stage) {
   if (stage.edits.empty())
     throw usage_error("segment edit", "", "has nothing to do",
                       "give --merge 3,7, --split 4, --drop 9 or --name 3=vase");
+  run.hold();
   Segmentation segmentation = read_objects(run, scene);
   std::vector<std::pair<uint32_t, std::string>> named_before;
   for (size_t c = 0; c < segmentation.class_id.size(); ++c)
@@ -64,6 +74,7 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
   const std::vector<ObjectEntry> objects =
       write_objects(run, scene, "segment", provenance.dump(), segmentation, tell_kind);
   run.set_note("edits", edits);
+  write_held_out(run, scene, held_out_of(run, scene.cameras.size()), segmentation);
   for (const auto& [id, name] : named_before) {
     const int c = class_of_id(segmentation, id);
     if (c < 0 || segmentation.class_name[c] == name) continue;

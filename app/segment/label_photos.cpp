@@ -90,7 +90,8 @@ void refuse_nothing(bool nothing, const fs::path& seen) {
 
 constexpr int kLookEvery = 8;  // photos of a sequence at which the chain looks again
 
-/// The photos as an ordered sequence; cannot go on where it was killed, because each photo needs the one before.
+/// The photos as a sequence, see photo_sequence; cannot go on where it was killed, because each photo needs the one
+/// before.
 MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOptions& options, const LabelStage& stage,
                        const fs::path& seen) {
   const OpenLabelModels open = open_label_models(stage.models);
@@ -99,12 +100,12 @@ MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOp
   LabelTracker labels(options, open.models(), *tracker, kLookEvery);
   MaskSet masks;
   context.progress.begin("label", static_cast<int>(scene.cameras.size()));
-  for (int c = 0; c < static_cast<int>(scene.cameras.size()); ++c) {
+  for (const int c : photo_sequence(scene.cameras)) {
     stop_if_interrupted(context, "label");
     const ImageF picture = photo_or_render(scene, c);
     masks.views.push_back({c, labels.next(picture)});
     write_image(seen / (scene.cameras[c].name + ".jpg"), overlay_ids(picture, masks.views.back().ids));
-    context.progress.done(c + 1);
+    context.progress.done(static_cast<int>(masks.views.size()));
   }
   context.progress.end();
   masks.names = labels.names();

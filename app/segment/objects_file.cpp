@@ -47,19 +47,25 @@ std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& sce
   for (std::string& known : segmentation.class_origin)
     if (known.empty()) known = origin;
   std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
-  const auto picture = [&](int camera) { return photo_or_render(scene, camera); };
-  std::vector<SheetCell> cells;
-  const ImageF sheet = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
-  const ImageF features =
-      features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture, segmentation.antialiased);
   write_segmentation(run / "segmentation.h5", segmentation, provenance);
   json rows = objects_to_json(objects);
   if (complete) complete(rows);
   write_text(run / "objects.json", rows.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
-  write_image(run / "objects.png", sheet);
+  const auto picture = [&](int camera) { return photo_or_render(scene, camera); };
+  std::vector<SheetCell> cells;
+  write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells));
   write_sheet_cells(run, cells, scene.cameras);
-  write_image(run / "features.png", features);
+  write_image(run / "features.png",
+              features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture, segmentation.antialiased));
   return objects;
+}
+
+void write_held_out(const RunDirectory& run, const Scene& scene, const std::vector<int>& held_out,
+                    const Segmentation& segmentation) {
+  if (!held_out.empty()) std::filesystem::create_directories(run / "held_out");
+  for (const int camera : held_out)
+    write_ids(run / "held_out" / (scene.cameras[camera].name + ".png"),
+              render_ids(segmentation, scene.cloud, scene.cameras[camera]));
 }
 
 std::string folder_of_object(uint32_t id, std::string name) {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <numeric>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/number_order.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/render/render.h"
 
@@ -22,12 +24,23 @@ ImageF photo_or_render(const Scene& scene, int index) {
   }
   RenderOptions options;
   options.antialiased = scene.report.antialiased;
+  options.background = scene.settings.background_color();
   return render(scene.cloud, camera, options).color;
 }
 
 bool all_photographed(const Scene& scene) {
   return std::all_of(scene.cameras.begin(), scene.cameras.end(),
                      [](const Camera& camera) { return std::filesystem::exists(camera.photo); });
+}
+
+std::vector<int> photo_sequence(const std::vector<Camera>& cameras) {
+  const bool photos =
+      std::all_of(cameras.begin(), cameras.end(), [](const Camera& camera) { return !camera.photo.empty(); });
+  const auto name = [&](int c) { return photos ? cameras[c].photo : cameras[c].name; };
+  std::vector<int> order(cameras.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return number_order(name(a), name(b)); });
+  return order;
 }
 
 }  // namespace pliant

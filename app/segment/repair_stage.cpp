@@ -32,8 +32,14 @@ json repair_background(const Context& context, const RunDirectory& run, const St
       inpainter.get());
   context.progress.end();
   write_ply(run / "background_repaired.ply", result.background, in.scene.report.antialiased, in.scene.report.z_is_up);
-  write_image(run / "repair.png", repair_sheet(result, background, object, cameras, options.render));
+  RenderOptions shown = options.render;
+  shown.background = in.scene.settings.background_color();
+  write_image(run / "repair.png", repair_sheet(result, background, object, cameras, shown));
   const RepairSummary& s = result.summary;
+  if (!s.views.empty() && !s.object_seen)
+    context.progress.warn(
+        "no camera shows the object, so the hole behind it is not filled: check the cameras, or extract another "
+        "object");
   context.progress.say("repair: " + s.describe());
   if (const std::string shadow = s.describe_shadow(); !shadow.empty()) context.progress.say("repair: " + shadow);
   return {{"views", s.views},
@@ -60,7 +66,7 @@ StageInputs<RepairStage> inputs_of(const RunDirectory& run, const Scene& scene, 
     throw usage_error("--trust-torchscript", "", "does nothing without --inpainter", "leave it out");
   StageInputs<RepairStage> in;
   in.options = stage;
-  in.parts = {ScenePart::kAntialiased, ScenePart::kCameras};
+  in.parts = {ScenePart::kDrawing, ScenePart::kCameras};
   in.scene = only(in.parts, scene);
   in.files = {{"object", run / (object_folder(run) + "/object.ply")}, {"background", run / "background.ply"}};
   in.outputs = {"background_repaired.ply", "repair.png"};

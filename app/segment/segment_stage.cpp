@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "app/import/gaussian_grouping.h"
 #include "app/import/physgaussian_space.h"
@@ -67,15 +69,6 @@ Segmentation selected_object(const Context& context, const Scene& scene, const s
   return segmentation_of_members(option, member, scene.cloud, scene.cameras, scene.report.antialiased);
 }
 
-/// held_out/<camera>.png of the cameras that were not learnt from.
-void write_held_out(const RunDirectory& run, const Scene& scene, const SemanticOptions& options,
-                    const Segmentation& segmentation) {
-  if (!options.held_out.empty()) std::filesystem::create_directories(run / "held_out");
-  for (int camera : options.held_out)
-    write_ids(run / "held_out" / (scene.cameras[camera].name + ".png"),
-              render_ids(segmentation, scene.cloud, scene.cameras[camera]));
-}
-
 /// What a joint training found out about the Gaussians of `scene`.
 Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& scene) {
   Segmentation segmentation = read_segmentation(file);
@@ -85,6 +78,15 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
                       "delete it and run.json next to it, and repeat the command");
   segmentation.antialiased = scene.report.antialiased;
   return segmentation;
+}
+
+constexpr double kMuch = 0.25;  // of what the photos show, without a label
+
+/// Whether the background is an object already, or masks were made from the photos: they are all that was found there.
+bool knows_background(const SegmentStage& stage, const MaskSet& masks) {
+  return labels_photos(stage) || !stage.mask_zero.empty() ||
+         std::any_of(masks.names.begin(), masks.names.end(),
+                     [](const auto& entry) { return entry.second == "background"; });
 }
 
 SemanticOptions semantic_options(const StageInputs<SegmentStage>& in, uint64_t seed) {
@@ -125,6 +127,11 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
       context.progress.warn(
           "all labeled pixels have one ID, so that everything becomes it: add --mask-zero background if ID 0 is the "
           "background");
+    else if (source == ObjectSource::kMasks && result.summary.unlabelled > kMuch && !knows_background(stage, masks))
+      context.progress.warn(fmt::format(
+          "{:.0f} % of what the photos show has no label and takes its neighbors': add --mask-zero background if ID 0 "
+          "is the background",
+          100 * result.summary.unlabelled));
   };
   switch (source) {
     case ObjectSource::kAutomatic:
@@ -171,7 +178,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
   const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage, source), provenance, segmentation,
                                                          [&](json& rows) { tell_kinds(found.found, rows); });
   run.set_note("edits", {});
-  write_held_out(run, scene, options, segmentation);
+  write_held_out(run, scene, options.held_out, segmentation);
   for (const ObjectEntry& object : objects)
     context.progress.say(fmt::format("segment: {:>4} {:<16} {:>8} Gaussians, confidence {:.2f}", object.id, object.name,
                                      object.gaussians, object.score));
@@ -198,6 +205,16 @@ Gesture gesture_of(const SegmentStage& stage, const std::vector<Camera>& cameras
   return gesture;
 }
 
+std::vector<int> held_out_cameras(const std::vector<Camera>& cameras) {
+  std::vector<int> order(cameras.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return cameras[a].name < cameras[b].name; });
+  std::vector<int> held_out;
+  for (size_t i = 0; i < order.size(); i += PhotoOptions().hold_out_every) held_out.push_back(order[i]);
+  std::sort(held_out.begin(), held_out.end());
+  return held_out;
+}
+
 StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene, const SegmentStage& stage,
                                     const std::vector<Camera>& sides) {
   check_networks(stage);
@@ -208,10 +225,7 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
   in.parts = {ScenePart::kSplats, ScenePart::kCameras, ScenePart::kPhotos, ScenePart::kUp};
   in.outputs = {"segmentation.h5", "objects.json", "objects.png", "features.png"};
   in.found["automatic"] = source == ObjectSource::kAutomatic;
-  std::vector<int> held_out;
-  if (stage.hold_out)
-    for (int c = 0; c < static_cast<int>(scene.cameras.size()); c += PhotoOptions().hold_out_every)
-      held_out.push_back(c);
+  std::vector<int> held_out = stage.hold_out ? held_out_cameras(scene.cameras) : std::vector<int>();
   switch (source) {
     case ObjectSource::kMasks:
       in.parts.insert({ScenePart::kMasks, ScenePart::kLabels});

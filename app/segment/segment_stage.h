@@ -36,6 +36,8 @@ struct SegmentStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SegmentStage& stage);
+/// Cameras that --hold-out leaves out: every 8th in the order of names, as PhotoOptions::hold_out_every counts.
+std::vector<int> held_out_cameras(const std::vector<Camera>& cameras);
 /// `stage` without gestures on sheets (sheet_prompts.h), the photos labelled.
 StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene, const SegmentStage& stage,
                                     const std::vector<Camera>& sides = {});

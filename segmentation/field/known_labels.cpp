@@ -9,7 +9,6 @@
 namespace pliant {
 namespace {
 
-constexpr float kSharpness = 8;       // logit difference between a class and the others
 constexpr double kLongestSide = 200;  // px, of the id pictures
 
 }  // namespace
@@ -27,7 +26,8 @@ Segmentation segmentation_of_labels(std::span<const uint32_t> label, const std::
     out.class_name.push_back(name == names.end() ? std::to_string(id) : name->second);
   }
   const std::vector<float> codes = class_codes(static_cast<int>(ids.size()), seed);
-  for (const float c : codes) out.classifier.push_back(kSharpness * c);
+  const float sharpness = code_sharpness(codes);
+  for (const float c : codes) out.classifier.push_back(sharpness * c);
   out.classifier_bias.assign(ids.size(), 0.0f);
   out.attribute.resize(cloud.size() * kSemanticChannels);
   for (size_t p = 0; p < cloud.size(); ++p) {

@@ -90,6 +90,7 @@ class Fit {
   void prepare(const MaskSet& masks, const std::vector<uint32_t>& class_id, ClassVotes& votes, SemanticSummary& summary,
                const SemanticProgress& progress) {
     total_.assign(cloud_.size(), 0.0f);
+    double shown = 0, unlabelled = 0;  // opacity over all pixels, and over those without a class
     for (const MaskSet::View& mask : masks.views) {
       if (progress) progress(0, options_.iterations, 0);
       TrainingView view;
@@ -98,6 +99,12 @@ class Fit {
       for (size_t e = 0; e < weights.weight.size(); ++e) total_[weights.gaussian[e]] += weights.weight[e];
       const Camera& camera = cameras_[mask.camera];
       const std::vector<int> cls = classes_of(mask.ids, class_id);
+      for (size_t pixel = 0; pixel < cls.size(); ++pixel) {
+        const auto row = weights.weight.begin();
+        const double opacity = std::accumulate(row + weights.row_start[pixel], row + weights.row_start[pixel + 1], 0.0);
+        shown += opacity;
+        if (cls[pixel] < 0) unlabelled += opacity;
+      }
       const std::vector<int> certain =
           without_silhouettes(cls, depth_of(weights, cloud_, camera), camera, options_.border);
       votes.add(weights, certain);
@@ -119,6 +126,7 @@ class Fit {
       views_.push_back(std::move(view));
     }
     summary.views = static_cast<int>(views_.size());
+    if (shown > 0) summary.unlabelled = unlabelled / shown;
   }
 
   /// Whether enough of what the views show of Gaussian p, with blend weight `certain` on certain pixels, can be
@@ -265,9 +273,8 @@ SemanticResult fit_semantic_field(const SemanticOptions& given, const GaussianCl
     throw input_error("masks", "", "no usable view contains an ID above 0", "label at least one object");
 
   SemanticModel<float> model;
-  constexpr float kSharpness = 8.0f;  // logit difference between a unanimous vote and none
   if (options.start_from_vote) {
-    start_from_votes(votes, classes, kSharpness, options.seed + kCodes, model);
+    start_from_votes(votes, classes, options.seed + kCodes, model);
   } else {
     model.resize(cloud.size(), classes);
     start_from_noise(options.seed, model);

@@ -40,6 +40,7 @@ struct SemanticSummary {
   int views = 0, cached_views = 0;
   size_t entries = 0, cached_bytes = 0;    ///< of the cached blend weights
   size_t unseen = 0;                       ///< Gaussians that took their neighbours' label
+  double unlabelled = 0;                   ///< share of what the views show, by opacity, on pixels without an id
   double screen_variance = 0;              ///< of the low-pass filter (px^2)
   double cross_entropy = 0, grouping = 0;  ///< means over the last tenth of the iterations
 };

@@ -89,11 +89,38 @@ std::vector<float> class_codes(int classes, uint64_t seed) {
   return flat;
 }
 
-void start_from_votes(const ClassVotes& votes, int classes, float sharpness, uint64_t seed,
-                      SemanticModel<float>& model) {
+float code_sharpness(std::span<const float> codes) {
+  constexpr double kLeast = 8, kOthers = 0.05;
+  const size_t classes = codes.size() / kSemanticChannels;
+  const auto code = [&](size_t c) { return Eigen::Map<const Code>(codes.data() + c * kSemanticChannels); };
+  double sharpness = kLeast;
+  std::vector<double> gap;  // 1 - e_k . e_c of the other classes
+  const auto others = [&](double s) {
+    double sum = 0;
+    for (const double g : gap) sum += std::exp(-s * g);
+    return sum;
+  };
+  for (size_t k = 0; k < classes; ++k) {
+    gap.clear();
+    for (size_t c = 0; c < classes; ++c)
+      if (c != k) gap.push_back(std::max(1e-3, 1.0 - code(k).dot(code(c))));
+    if (others(sharpness) <= kOthers) continue;
+    double low = sharpness, high = 2 * sharpness;
+    while (others(high) > kOthers) high *= 2;
+    for (int halving = 0; halving < 30; ++halving) {
+      const double middle = 0.5 * (low + high);
+      (others(middle) > kOthers ? low : high) = middle;
+    }
+    sharpness = high;
+  }
+  return static_cast<float>(sharpness);
+}
+
+void start_from_votes(const ClassVotes& votes, int classes, uint64_t seed, SemanticModel<float>& model) {
   model.resize(votes.size(), classes);
   const std::vector<float> codes = class_codes(classes, seed);
   auto code = [&](int c) { return Eigen::Map<const Code>(codes.data() + static_cast<size_t>(c) * kSemanticChannels); };
+  const float sharpness = code_sharpness(codes);
   for (size_t i = 0; i < codes.size(); ++i) model.classifier[i] = sharpness * codes[i];
   parallel_for(
       static_cast<std::ptrdiff_t>(votes.size()),

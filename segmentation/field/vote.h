@@ -38,10 +38,14 @@ class ClassVotes {
 /// random candidates.
 std::vector<float> class_codes(int classes, uint64_t seed);
 
-/// Closed-form start: y = code-weighted normalised votes and a classifier of the same codes times `sharpness`, so that
-/// the most probable class of every Gaussian is the one with the most votes (mixed votes are sharpened until it is).
-/// Gaussians without votes get y = 0.
-void start_from_votes(const ClassVotes& votes, int classes, float sharpness, uint64_t seed,
-                      SemanticModel<float>& model);
+/// The scale s of a classifier of these codes: the smallest s >= 8 with sum over c != k of exp(-s (1 - e_k . e_c)) <=
+/// 0.05 for every k, so that a Gaussian whose attribute is the code of its class has that class with a probability of
+/// at least 1 / 1.05.  It is 8 for C <= 16.
+float code_sharpness(std::span<const float> codes);
+
+/// Closed-form start: y = code-weighted normalised votes and a classifier of the same codes times their
+/// code_sharpness, so that the most probable class of every Gaussian is the one with the most votes (mixed votes are
+/// sharpened until it is).  Gaussians without votes get y = 0.
+void start_from_votes(const ClassVotes& votes, int classes, uint64_t seed, SemanticModel<float>& model);
 
 }  // namespace pliant

@@ -1,6 +1,7 @@
 #include "segmentation/labelling/label_set.h"
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 
 #include "gaussians/base/error.h"
@@ -60,19 +61,24 @@ uint32_t take_out_rest(MaskSet& masks) {
 
 void put_back_rest(const MaskSet& before, uint32_t rest, MaskSet& after) {
   const std::vector<uint32_t> ids = after.ids();
-  const uint32_t fresh = free_id({ids.begin(), ids.end()});
+  std::set<uint32_t> used(ids.begin(), ids.end());
+  if (!used.insert(rest).second) {
+    const uint32_t fresh = free_id(used);
+    for (MaskSet::View& view : after.views) std::replace(view.ids.data.begin(), view.ids.data.end(), rest, fresh);
+    if (const auto name = after.names.find(rest); name != after.names.end()) after.names[fresh] = name->second;
+  }
   for (MaskSet::View& view : after.views) {
     const auto same = std::find_if(before.views.begin(), before.views.end(),
                                    [&](const MaskSet::View& v) { return v.camera == view.camera; });
     CHECK(same != before.views.end() && same->ids.data.size() == view.ids.data.size());
     for (size_t i = 0; i < view.ids.data.size(); ++i)
-      if (view.ids.data[i] == 0 && same->ids.data[i] == rest) view.ids.data[i] = fresh;
+      if (view.ids.data[i] == 0 && same->ids.data[i] == rest) view.ids.data[i] = rest;
   }
-  after.names[fresh] = kRest;
+  after.names[rest] = kRest;
 }
 
 std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskSet& after) {
-  std::map<uint32_t, std::map<std::string, size_t>> votes;
+  std::map<uint32_t, std::map<std::string, size_t>> votes;  // "" = no name
   std::map<uint32_t, size_t> size;
   for (const MaskSet::View& view : after.views) {
     const auto same = std::find_if(before.views.begin(), before.views.end(),
@@ -85,24 +91,30 @@ std::map<uint32_t, std::string> carried_names(const MaskSet& before, const MaskS
     for (const auto& [ids, count] : pixels) {
       size[ids.first] += count;
       const auto name = before.names.find(ids.second);
-      if (name != before.names.end()) votes[ids.first][without_number(name->second, before.names)] += count;
+      votes[ids.first][name == before.names.end() ? "" : without_number(name->second, before.names)] += count;
     }
   }
+  std::map<uint32_t, std::string> names;
+  std::set<std::string> taken;
   std::vector<std::tuple<std::string, size_t, uint32_t>> named;
   for (const auto& [id, of_id] : votes) {
+    if (const auto certain = after.names.find(id); certain != after.names.end()) {
+      names.insert(*certain);
+      taken.insert(certain->second);
+      continue;
+    }
     const auto most =
         std::max_element(of_id.begin(), of_id.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    named.push_back({most->first, size[id], id});
+    if (!most->first.empty()) named.push_back({most->first, size[id], id});
   }
   std::sort(named.begin(), named.end(), [](const auto& a, const auto& b) {
     return std::tie(std::get<0>(a), std::get<1>(b), std::get<2>(a)) <
            std::tie(std::get<0>(b), std::get<1>(a), std::get<2>(b));
   });
-  std::map<uint32_t, std::string> names;
-  std::map<std::string, int> times;
   for (const auto& [name, pixels, id] : named) {
-    const int k = ++times[name];
-    names[id] = k == 1 ? name : name + " " + std::to_string(k);
+    std::string numbered = name;
+    for (int k = 2; !taken.insert(numbered).second; ++k) numbered = name + " " + std::to_string(k);
+    names[id] = numbered;
   }
   return names;
 }

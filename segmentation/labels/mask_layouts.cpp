@@ -53,28 +53,40 @@ std::vector<int> novel_cameras(const fs::path& folder, const std::vector<Camera>
   return novel;
 }
 
-std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Camera>& cameras) {
+/// The binary pictures in the folders of `folder`, by what the folders are named after: cameras, or what is shown.
+/// One layout holds for all of them, the one that more files fit.
+std::vector<BinaryMask> masks_in_folders(const fs::path& folder, const std::vector<Camera>& cameras) {
   const std::vector<int> novel = novel_cameras(folder, cameras);
-  std::vector<BinaryMask> masks;
+  std::vector<BinaryMask> of_cameras, of_labels;
   for (const fs::path& inner : sorted_entries(folder)) {
-    if (!fs::is_directory(inner)) {
-      // JPEG keeps no IDs exactly, but it does tell an object from the rest.
-      if (const int camera = is_jpeg_file(inner) ? camera_named(cameras, inner.stem().string()) : -1; camera >= 0)
-        masks.push_back({"object", camera, inner});
-      continue;
-    }
+    if (!fs::is_directory(inner)) continue;
     const std::string name = inner.filename().string();
     int view = camera_named(cameras, name);
     if (const auto number = whole_number(name); view < 0 && number && *number < novel.size()) view = novel[*number];
     for (const fs::path& file : sorted_entries(inner)) {
       if (!is_image_file(file)) continue;
       const std::string stem = file.stem().string();
-      if (view >= 0)
-        masks.push_back({stem, view, file});
-      else if (const int camera = camera_named(cameras, stem); camera >= 0)
-        masks.push_back({name, camera, file});
+      if (view >= 0) of_cameras.push_back({stem, view, file});
+      if (const int camera = camera_named(cameras, stem); camera >= 0) of_labels.push_back({name, camera, file});
     }
   }
+  if (of_cameras.size() == of_labels.size() && !of_labels.empty())
+    throw input_error(
+        folder.string(), "",
+        "has folders and files that are both named like photos (" + of_labels[0].file.string() +
+            "): they can be read as <object>/<photo> and as <photo>/<object>",
+        "rename what stands for objects, for example " + of_labels[0].label + " to object_" + of_labels[0].label);
+  return of_cameras.size() > of_labels.size() ? of_cameras : of_labels;
+}
+
+std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Camera>& cameras) {
+  std::vector<BinaryMask> masks = masks_in_folders(folder, cameras);
+  // JPEG keeps no IDs exactly, but it does tell an object from the rest.
+  for (const fs::path& file : sorted_entries(folder))
+    if (const int camera =
+            is_jpeg_file(file) && !fs::is_directory(file) ? camera_named(cameras, file.stem().string()) : -1;
+        camera >= 0)
+      masks.push_back({"object", camera, file});
   return masks;
 }
 
@@ -129,10 +141,11 @@ void check_mask_size(const fs::path& file, int width, int height, const Camera& 
     throw input_error(file.string(), "", sizes, "make masks of the shape of the photos");
 }
 
-MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cameras, const FitMask& fit) {
+BinaryMasks load_binary_masks(const fs::path& folder, const std::vector<Camera>& cameras, const FitMask& fit) {
   const std::vector<BinaryMask> found = find_masks(folder, cameras);
   const std::map<std::string, uint32_t> ids = ids_of_labels(found);
-  MaskSet masks;
+  BinaryMasks read;
+  MaskSet& masks = read.masks;
   for (size_t c = 0; c < cameras.size(); ++c) {
     struct Layer {
       uint32_t id;
@@ -140,6 +153,7 @@ MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cam
       std::ptrdiff_t pixels;
     };
     std::vector<Layer> layers;
+    std::set<uint32_t> shown;
     for (const BinaryMask& mask : found) {
       if (mask.camera != static_cast<int>(c)) continue;
       ImageU8 inside = read_binary(mask.file, cameras[c], fit != nullptr);
@@ -151,8 +165,10 @@ MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cam
                           "make masks at the size of the photos");
       const auto pixels = std::count(inside.data.begin(), inside.data.end(), 1);
       layers.push_back({ids.at(mask.label), std::move(inside), pixels});
+      shown.insert(ids.at(mask.label));
     }
     if (layers.empty()) continue;
+    if (shown.size() == ids.size()) read.complete.push_back(masks.views.size());
     std::stable_sort(layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.pixels > b.pixels; });
     IdImage picture(layers[0].inside.width, layers[0].inside.height, 1);
     for (const Layer& layer : layers)
@@ -162,7 +178,7 @@ MaskSet load_binary_masks(const fs::path& folder, const std::vector<Camera>& cam
   }
   for (const auto& [label, id] : ids)
     if (!whole_number(label)) masks.names[id] = label;
-  return masks;
+  return read;
 }
 
 }  // namespace pliant

@@ -9,7 +9,13 @@
 
 namespace pliant {
 
-/// Binary pictures of one object each, in folders.  Two layouts are told apart by the names of the folders:
+struct BinaryMasks {
+  MaskSet masks;
+  std::vector<size_t> complete;  ///< of masks.views those that have a picture of every object
+};
+
+/// Binary pictures of one object each, in folders.  Of two layouts the one that more pictures fit holds for all; as
+/// many for both is an Error{kInput}:
 ///   <camera>/<label>.png   one folder for each view, as in LERF-Mask (Ye et al. 2024), where folders may also be
 ///                          numbered: the k-th of those cameras, by name, whose photo is not in images_train/ beside
 ///                          the masks;
@@ -18,8 +24,8 @@ namespace pliant {
 /// Labels that are all whole numbers are the ids, else labels are numbered from 1 in alphabetical order.  Pixels of no
 /// object are 0.  Empty when the folder has neither layout.  Sizes and `fit` as for load_masks; all pictures of a
 /// camera have one size.
-MaskSet load_binary_masks(const std::filesystem::path& folder, const std::vector<Camera>& cameras,
-                          const FitMask& fit = {});
+BinaryMasks load_binary_masks(const std::filesystem::path& folder, const std::vector<Camera>& cameras,
+                              const FitMask& fit = {});
 
 /// Throws Error{kInput} unless a mask has the size of its camera, or with `any_size` its shape.
 void check_mask_size(const std::filesystem::path& file, int width, int height, const Camera& camera, bool any_size);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <set>
 
 #include "gaussians/base/error.h"
@@ -14,6 +15,8 @@ namespace pliant {
 namespace fs = std::filesystem;
 
 namespace {
+
+const char* const kBackground = "background";
 
 void add_ids(const IdImage& picture, std::set<uint32_t>& found) {
   uint32_t last = 0;
@@ -65,12 +68,23 @@ uint32_t free_id(const std::set<uint32_t>& used) {
   return id;
 }
 
-uint32_t label_background(MaskSet& masks) {
+uint32_t label_background(MaskSet& masks, const std::vector<size_t>& views) {
   const std::vector<uint32_t> ids = masks.ids();
-  const uint32_t background = free_id({ids.begin(), ids.end()});
-  for (MaskSet::View& view : masks.views) std::replace(view.ids.data.begin(), view.ids.data.end(), 0u, background);
-  masks.names[background] = "background";
+  const auto named = std::find_if(masks.names.begin(), masks.names.end(),
+                                  [](const auto& entry) { return entry.second == kBackground; });
+  const uint32_t background = named != masks.names.end() ? named->first : free_id({ids.begin(), ids.end()});
+  for (const size_t v : views) {
+    std::vector<uint32_t>& pixels = masks.views[v].ids.data;
+    std::replace(pixels.begin(), pixels.end(), 0u, background);
+  }
+  masks.names[background] = kBackground;
   return background;
+}
+
+uint32_t label_background(MaskSet& masks) {
+  std::vector<size_t> all(masks.views.size());
+  std::iota(all.begin(), all.end(), 0);
+  return label_background(masks, all);
 }
 
 namespace {
@@ -90,6 +104,24 @@ void read_names(const fs::path& folder, const fs::path& labels, MaskSet& masks) 
                              " are not used");
   else
     for (const auto& [id, name] : read_label_names(labels)) masks.names[id] = name;
+}
+
+/// Makes what binary pictures show outside of all objects the background, where the views tell, and says so.
+void show_background(const std::vector<uint32_t>& ids, const std::vector<size_t>& complete, MaskSet& masks) {
+  const bool any = std::any_of(complete.begin(), complete.end(), [&](size_t v) {
+    const std::vector<uint32_t>& pixels = masks.views[v].ids.data;
+    return std::find(pixels.begin(), pixels.end(), 0u) != pixels.end();
+  });
+  if (!any) return;
+  const std::string objects =
+      ids.size() == 1 ? "one object, " + masks.name_of(ids[0]) : std::to_string(ids.size()) + " objects";
+  const std::string where = complete.size() == masks.views.size()
+                                ? ""
+                                : " in the " + std::to_string(complete.size()) + " of " +
+                                      std::to_string(masks.views.size()) + " photos that have a mask of every object";
+  masks.warnings.push_back("the masks show " + objects + ": pixels outside of " + (ids.size() == 1 ? "it" : "them") +
+                           " become the object 'background'" + where);
+  label_background(masks, complete);
 }
 
 }  // namespace
@@ -119,9 +151,11 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
                         "give a folder of ID masks");
     masks.views.push_back({static_cast<int>(c), fit ? fit(ids, static_cast<int>(c)) : std::move(ids)});
   }
-  const bool binary = masks.views.empty();
-  if (binary) {
-    masks = load_binary_masks(folder, cameras, fit);
+  std::vector<size_t> complete;  // views of binary pictures that have one of every object
+  if (masks.views.empty()) {
+    BinaryMasks binary = load_binary_masks(folder, cameras, fit);
+    masks = std::move(binary.masks);
+    complete = std::move(binary.complete);
     missing.clear();
     for (size_t c = 0; c < cameras.size(); ++c)
       if (std::none_of(masks.views.begin(), masks.views.end(),
@@ -145,11 +179,7 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
     throw input_error(folder.string(), "", "contains masks without any object: every pixel is 0 (unlabeled)",
                       "give every object an ID above 0; the rest of the scene needs an ID too");
   if (!labels.empty()) read_names(folder, labels, masks);
-  if (binary && ids.size() == 1) {
-    masks.warnings.push_back("the masks show one object, " + masks.name_of(ids[0]) +
-                             ": pixels outside of it become the object 'background'");
-    label_background(masks);
-  }
+  show_background(ids, complete, masks);
   return masks;
 }
 

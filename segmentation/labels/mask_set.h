@@ -32,9 +32,9 @@ using FitMask = std::function<IdImage(const IdImage& ids, int camera)>;
 /// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), else binary
 /// pictures in folders (mask_layouts.h).  Cameras without a mask are warned about; no mask at all, an unreadable
 /// picture, one of another size or with as many ids as a photo has colours is an Error{kInput}.  `labels`: JSON object
-/// id -> name, may be empty; where folders name the objects, only a file among them is read.  Binary pictures of one
-/// object alone also show what it is not: other pixels become the background.  With `fit`, pictures may have any size
-/// of their camera's shape, and become what it returns as soon as they are read.
+/// id -> name, may be empty; where folders name the objects, only a file among them is read.  Binary pictures also
+/// show what is no object: where a camera has one of every object, other pixels become the background.  With `fit`,
+/// pictures may have any size of their camera's shape, and become what it returns as soon as they are read.
 MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                    const std::vector<Camera>& cameras, const FitMask& fit = {});
 
@@ -44,7 +44,9 @@ std::map<uint32_t, std::string> read_label_names(const std::filesystem::path& fi
 /// An id that is not used yet: one above all others, or the lowest one where an id picture holds none above.
 uint32_t free_id(const std::set<uint32_t>& used);
 
-/// Gives pixels of id 0 an id of their own, see free_id, named "background"; returns it.
+/// Gives pixels of id 0 the id that is named "background", else one of their own, see free_id; returns it.
 uint32_t label_background(MaskSet& masks);
+/// The same in some of the views, by index.
+uint32_t label_background(MaskSet& masks, const std::vector<size_t>& views);
 
 }  // namespace pliant

@@ -69,6 +69,26 @@ fs::path vocabulary_of(const ModelChoice& choice, const fs::path& network, bool 
                     "give --vocabulary FILE, or put it next to the network as " + beside.filename().string());
 }
 
+/// The names of YOLOX's classes in a list of words: one that was given, or the file beside it.  Empty = those of its
+/// own file.  A list of another length is refused, unless a tagger may be meant.
+std::vector<std::string> class_names(const ModelChoice& choice, const ModelFile& network) {
+  const size_t classes = YoloxDetector::classes(network);
+  std::vector<fs::path> lists(choice.vocabularies.begin(), choice.vocabularies.end());
+  if (const fs::path beside = fs::path(choice.detector).replace_extension(".txt");
+      lists.empty() && fs::is_regular_file(beside))
+    lists.push_back(beside);
+  std::string lengths;
+  for (const fs::path& list : lists) {
+    const std::vector<std::string> names = TagList::read(list).names;
+    if (names.size() == classes) return names;
+    lengths += (lengths.empty() ? "" : ", ") + list.string() + " has " + std::to_string(names.size()) + " names";
+  }
+  if (lists.empty() || !choice.tagger.empty()) return {};
+  throw usage_error("--vocabulary", lists.front().string(),
+                    "does not name the " + std::to_string(classes) + " classes of " + choice.detector + ": " + lengths,
+                    "give a file with the name of each class, one per line, in the order of the network");
+}
+
 }  // namespace
 
 int ModelChoice::networks() const {
@@ -92,8 +112,11 @@ std::vector<fs::path> ModelChoice::files() const {
 std::unique_ptr<Detector> make_detector(const ModelChoice& choice) {
   if (choice.detector.empty()) return nullptr;
   auto module = load(choice, "--detector", choice.detector);
-  if (YoloxDetector::recognises(module->file()))
-    return std::make_unique<YoloxDetector>(std::move(module), YoloxDetector::Options());
+  if (YoloxDetector::recognises(module->file())) {
+    YoloxDetector::Options options;
+    options.names = class_names(choice, module->file());
+    return std::make_unique<YoloxDetector>(std::move(module), options);
+  }
   if (module->file().format == ModelFile::Format::kOnnx && module->file().kind().empty() &&
       module->file().graph.inputs.size() < 7)
     throw input_error(choice.detector, "", "is neither YOLOX nor Grounding DINO",

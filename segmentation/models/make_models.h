@@ -17,9 +17,9 @@ namespace pliant {
 /// Files of the networks that a person gives; empty = none.
 struct ModelChoice {
   std::string detector, tagger, tracker, inpainter;
-  std::string segmenter;  ///< one file, or "ENCODER,DECODER"
-  std::vector<std::string>
-      vocabularies;  ///< tag list, vocabulary of a text encoder; else the file beside the network that ends in .txt
+  std::string segmenter;                  ///< one file, or "ENCODER,DECODER"
+  std::vector<std::string> vocabularies;  ///< tag list, names of classes, vocabulary of a text encoder; else the file
+                                          ///< beside the network that ends in .txt
   bool trust_torchscript = false;
 
   bool empty() const { return files().empty(); }

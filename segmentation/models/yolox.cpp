@@ -39,25 +39,29 @@ bool YoloxDetector::recognises(const ModelFile& file) {
          out.size() == 3 && out[1] == cells(in[2]) && out[2] > 5;
 }
 
+size_t YoloxDetector::classes(const ModelFile& file) { return static_cast<size_t>(file.graph.outputs[0].shape[2] - 5); }
+
 YoloxDetector::YoloxDetector(std::unique_ptr<NeuralModule> module, const Options& options)
     : module_(std::move(module)), options_(options) {
   const ModelFile& file = module_->file();
   CHECK(recognises(file));
   size_ = static_cast<int>(file.graph.inputs[0].shape[2]);
-  const int64_t classes = file.graph.outputs[0].shape[2] - 5;
-  if (const nlohmann::json about = file.about(); about.contains("names") && about["names"].is_array()) {
+  const size_t count = classes(file);
+  if (!options_.names.empty()) {
+    names_ = options_.names;
+  } else if (const nlohmann::json about = file.about(); about.contains("names") && about["names"].is_array()) {
     for (const nlohmann::json& name : about["names"])
       if (name.is_string()) names_.push_back(name);
   } else {
     names_.assign(std::begin(kCocoNames), std::end(kCocoNames));
   }
-  if (static_cast<int64_t>(names_.size()) != classes)
+  if (names_.size() != count)
     throw input_error(file.file.string(), "names",
-                      std::to_string(names_.size()) + " names for " + std::to_string(classes) + " classes",
-                      "put the names into the metadata entry \"pliant\" of the file: {\"names\": [...]}");
+                      std::to_string(names_.size()) + " names for " + std::to_string(count) + " classes",
+                      "give --vocabulary FILE with the name of each class, one per line");
   contract_.inputs = {{file.graph.inputs[0].name, Tensor::Type::kFloat32, "1,3,32s,32s", 0, 255, "blue first"}};
   TensorLine rows{file.graph.outputs[0].name, Tensor::Type::kFloat32,
-                  "1," + std::to_string(cells(size_)) + "," + std::to_string(classes + 5)};
+                  "1," + std::to_string(cells(size_)) + "," + std::to_string(count + 5)};
   rows.meaning = "x, y, w, h, objectness and class scores";
   contract_.outputs = {rows};
   module_->verify(contract_, {{"s", size_ / 32}});

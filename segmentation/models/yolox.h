@@ -12,15 +12,19 @@ namespace pliant {
 class YoloxDetector : public Detector {
  public:
   struct Options {
-    float score = 0.3f;     ///< least objectness times class score
-    float overlap = 0.45f;  ///< of boxes of one class that are suppressed
+    float score = 0.3f;                   ///< least objectness times class score
+    float overlap = 0.45f;                ///< of boxes of one class that are suppressed
+    std::vector<std::string> names = {};  ///< of the classes; empty = those of the file
   };
 
-  /// The names are those of COCO where C = 80, else those in the description of the file ("names").
+  /// The names of the file are those in its description ("names"), without them those of COCO.  Another number of names
+  /// than of classes is an Error{kInput}.
   YoloxDetector(std::unique_ptr<NeuralModule> module, const Options& options);
 
   /// Whether the outline of an ONNX file is that of YOLOX.
   static bool recognises(const ModelFile& file);
+  /// C of such a file.
+  static size_t classes(const ModelFile& file);
 
   std::vector<Detection> detect(const ImageF& picture, const std::vector<std::string>& names) override;
   std::vector<std::string> vocabulary() const override { return names_; }

@@ -5,11 +5,10 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/render/blend_weights.h"
+#include "segmentation/repair/chosen_views.h"
 
 namespace pliant {
 namespace {
-
-constexpr double kLongestSide = 200;  // px, of the pictures that only tell what was observed
 
 /// How much of the background cameras saw while the object was there.
 class Sight {
@@ -29,7 +28,7 @@ class Sight {
   }
   /// Another camera.
   void add_camera(const GaussianCloud& scene, const Camera& camera) {
-    const Camera small = camera.scaled(std::min(1.0, kLongestSide / std::max(camera.width, camera.height)));
+    const Camera small = scaled_down(camera, kSmallSide);
     const double area = (1.0 * camera.width * camera.height) / (1.0 * small.width * small.height);
     const std::vector<double> here = by_gaussian(blend_weights(scene, small, render_options_));
     for (size_t p = 0; p < here.size(); ++p) total_[p] = std::max(total_[p], area * here[p]);

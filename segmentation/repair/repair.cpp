@@ -1,35 +1,19 @@
 #include "segmentation/repair/repair.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "segmentation/repair/chosen_views.h"
 #include "segmentation/repair/patch.h"
 #include "segmentation/repair/surfaces.h"
 #include "segmentation/repair/visible.h"
 
 namespace pliant {
 namespace {
-
-/// At most `most` cameras, evenly chosen from a sequence that does not depend on the order in which they are given.
-std::vector<int> choose_views(const std::vector<Camera>& cameras, int most) {
-  std::vector<int> sequence(cameras.size());
-  std::iota(sequence.begin(), sequence.end(), 0);
-  auto key = [&](int i) {
-    const Eigen::Isometry3d& m = cameras[i].cam_from_world;
-    const Vec3d eye = cameras[i].centre();
-    return std::array<double, 6>{eye.x(), eye.y(), eye.z(), m(2, 0), m(2, 1), m(2, 2)};
-  };
-  std::stable_sort(sequence.begin(), sequence.end(), [&](int a, int b) { return key(a) < key(b); });
-  const int n = std::min<int>(most, static_cast<int>(cameras.size()));
-  std::vector<int> out(n);
-  for (int i = 0; i < n; ++i) out[i] = sequence[static_cast<size_t>(i) * cameras.size() / n];
-  return out;
-}
 
 /// Mean absolute colour difference over pixels farther than 3 from the hole.
 float change_outside(const HoleView& before, const HoleView& after) {
@@ -73,11 +57,15 @@ class Repair {
  public:
   Repair(const RepairOptions& options, const GaussianCloud& background, const GaussianCloud& removed,
          const std::vector<Camera>& cameras, const std::function<void(double done)>& report, Inpainter* inpainter)
-      : options_(options), removed_(removed), cameras_(cameras), report_(report), inpainter_(inpainter) {
+      : options_(options), removed_(removed), report_(report), inpainter_(inpainter) {
+    for (const Camera& camera : cameras) cameras_.push_back(scaled_down(camera, options.longest_side));
     result_.background = background;
-    summary_.views = choose_views(cameras, options.max_views);
+    summary_.views = choose_evenly(cameras_, candidates(), options.max_views);
     observation_ =
-        observe(options.hole, background, removed, cameras, summary_.views, options.render, [&] { report_(0); });
+        observe(options.hole, background, removed, cameras_, summary_.views, options.render, [&] { report_(0); });
+    for (const ImageF& weight : observation_.object)
+      summary_.object_seen |=
+          std::any_of(weight.data.begin(), weight.data.end(), [&](float w) { return w >= options.hole.min_object; });
     summary_.unobserved =
         static_cast<size_t>(std::count(observation_.unobserved.begin(), observation_.unobserved.end(), 1.0f));
   }
@@ -171,6 +159,18 @@ class Repair {
   }
 
  private:
+  /// Cameras that show the object; all where none does, or where all may be looked at.
+  std::vector<int> candidates() const {
+    std::vector<int> out;
+    if (cameras_.size() > static_cast<size_t>(options_.max_views))
+      out = cameras_with_object(options_.hole, result_.background, removed_, cameras_, options_.render,
+                                [&] { report_(0); });
+    if (out.empty()) {
+      out.resize(cameras_.size());
+      std::iota(out.begin(), out.end(), 0);
+    }
+    return out;
+  }
   size_t views() const { return summary_.views.size(); }
   const Camera& camera(size_t v) const { return cameras_[summary_.views[v]]; }
   HoleView hole(size_t v) const {
@@ -238,7 +238,7 @@ class Repair {
 
   const RepairOptions& options_;
   const GaussianCloud& removed_;
-  const std::vector<Camera>& cameras_;
+  std::vector<Camera> cameras_;  ///< scaled down
   const std::function<void(double done)>& report_;
   Inpainter* inpainter_;
   RepairResult result_;

@@ -13,10 +13,11 @@ namespace pliant {
 
 /// Filling of the hole that an extracted object leaves.
 struct RepairOptions {
-  RenderOptions render;  ///< as the scene is drawn
+  RenderOptions render;  ///< as the scene is drawn, but before black, which is taken off what shines through
   HoleOptions hole;
-  int max_views = 24;  ///< evenly chosen cameras that are looked at, whatever their order
-  int ring = 14;       ///< width [pixels] of a hole's surroundings from which surfaces are taken
+  int longest_side = 800;  ///< px; larger views are scaled down, all lengths in pixels are of such views
+  int max_views = 24;      ///< evenly chosen cameras that show the object and are looked at, whatever their order
+  int ring = 14;           ///< width [pixels] of a hole's surroundings from which surfaces are taken
   int max_planes = 4;
   int max_view_patches = 6;  ///< views that may be filled one by one after the planes
   size_t min_pixels = 12;    ///< holes smaller than this are left to the rasteriser's soft edges
@@ -28,6 +29,7 @@ struct RepairOptions {
 
 struct RepairSummary {
   std::vector<int> views;                       ///< cameras that were looked at
+  bool object_seen = false;                     ///< in one of these views
   std::vector<size_t> hole_before, hole_after;  ///< pixels per view
   size_t planes = 0, plane_gaussians = 0, view_gaussians = 0;
   size_t inpainted_views = 0;  ///< that went through the inpainter
@@ -67,7 +69,8 @@ RepairResult repair(const RepairOptions& options, const GaussianCloud& backgroun
                     const std::vector<Camera>& cameras, const std::function<void(double done)>& progress = {},
                     Inpainter* inpainter = nullptr);
 
-/// Before/after sheet: for up to four views with the largest holes, with the object, without it, repaired.
+/// Before/after sheet: for up to four views with the largest holes, with the object, without it, repaired; no larger
+/// than the views that a repair looks at.
 ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background, const GaussianCloud& removed,
                     const std::vector<Camera>& cameras, const RenderOptions& render_options = {});
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "segmentation/repair/chosen_views.h"
 #include "segmentation/repair/repair.h"
 
 namespace pliant {
@@ -20,11 +21,12 @@ ImageF repair_sheet(const RepairResult& result, const GaussianCloud& background,
   GaussianCloud scene = background;
   scene.append(removed);
   constexpr int kGap = 6;
-  const Camera& first = cameras[summary.views[chosen[0]]];
+  const int side = RepairOptions().longest_side;
+  const Camera first = scaled_down(cameras[summary.views[chosen[0]]], side);
   ImageF sheet(3 * (first.width + kGap) + kGap, static_cast<int>(chosen.size()) * (first.height + kGap) + kGap, 3,
                0.1f);
   for (size_t row = 0; row < chosen.size(); ++row) {
-    Camera camera = cameras[summary.views[chosen[row]]];
+    Camera camera = scaled_down(cameras[summary.views[chosen[row]]], side);
     if (camera.width != first.width || camera.height != first.height)
       camera = camera.scaled(
           std::min(static_cast<double>(first.width) / camera.width, static_cast<double>(first.height) / camera.height));

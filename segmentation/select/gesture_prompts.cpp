@@ -33,16 +33,19 @@ struct Words {
   }
   Error wrong_form(const std::string& problem) const { return wrong(problem, "give " + form); }
 
+  /// By number where '#' stands in front, else by name or, where no camera has that, by number.
   int camera(size_t at) const {
     const std::string& name = words[at];
-    for (size_t c = 0; c < cameras.size(); ++c)
+    const bool numbered = name.starts_with('#');
+    for (size_t c = 0; c < cameras.size() && !numbered; ++c)
       if (cameras[c].name == name) return static_cast<int>(c);
+    const char* const digits = name.c_str() + (numbered ? 1 : 0);
     char* stop = nullptr;
-    const long number = std::strtol(name.c_str(), &stop, 10);
-    if (!name.empty() && *stop == 0 && number >= 0 && number < static_cast<long>(cameras.size()))
+    const long number = std::strtol(digits, &stop, 10);
+    if (*digits != 0 && *stop == 0 && number >= 0 && number < static_cast<long>(cameras.size()))
       return static_cast<int>(number);
     throw wrong("names the camera '" + name + "', which the scene does not have",
-                "give a number from 0 to " + std::to_string(cameras.size() - 1) + " or a name such as '" +
+                "give a number from #0 to #" + std::to_string(cameras.size() - 1) + " or a name such as '" +
                     cameras.front().name + "'; `pliant render SCENE --out FOLDER` writes the images under these names");
   }
 

@@ -74,12 +74,16 @@ ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& 
   const int shown = std::min<int>(views, static_cast<int>(cameras.size()));
   RenderOptions options;
   options.antialiased = antialiased;
-  std::vector<RenderResult> blended;
   std::vector<int> chosen;
+  for (int v = 0; v < shown; ++v) chosen.push_back(static_cast<int>(static_cast<size_t>(v) * cameras.size() / shown));
+  const int width = std::min(kWidest, cameras[chosen[0]].width);
+  const auto height_of = [&](int c) { return std::max(1, width * cameras[c].height / cameras[c].width); };
+  std::vector<RenderResult> blended;
   std::vector<float> samples;
-  for (int v = 0; v < shown; ++v) {
-    chosen.push_back(static_cast<int>(static_cast<size_t>(v) * cameras.size() / shown));
-    blended.push_back(render(cloud, cameras[chosen.back()], options, attribute, kY));
+  for (const int c : chosen) {
+    const Camera& camera = cameras[c];
+    blended.push_back(
+        render(cloud, camera.width > width ? camera.resized(width, height_of(c)) : camera, options, attribute, kY));
     const RenderResult& view = blended.back();
     for (size_t i = 0; i < view.alpha.pixels(); ++i)
       if (view.alpha.data[i] >= 0.5f)
@@ -87,9 +91,8 @@ ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& 
   }
   const PrincipalColors colors = PrincipalColors::of(samples);
 
-  const int width = std::min(kWidest, cameras[chosen[0]].width);
   int height = 0;
-  for (int c : chosen) height = std::max(height, width * cameras[c].height / cameras[c].width);
+  for (const int c : chosen) height = std::max(height, height_of(c));
   ImageF sheet(shown * (width + kFeatureGap) + kFeatureGap, 2 * (height + kFeatureGap) + kFeatureGap, 3, 0.1f);
   for (int v = 0; v < shown; ++v) {
     const RenderResult& view = blended[v];
@@ -97,7 +100,7 @@ ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& 
     for (size_t i = 0; i < features.pixels(); ++i)
       if (view.alpha.data[i] >= 0.5f)
         Eigen::Map<Vec3f>(features.data.data() + 3 * i) = colors.color(view.features.data.data() + i * kY);
-    const int x = kFeatureGap + v * (width + kFeatureGap), own = width * features.height / features.width;
+    const int x = kFeatureGap + v * (width + kFeatureGap), own = height_of(chosen[v]);
     put(picture(chosen[v]), x, kFeatureGap, width, own, sheet);
     put(features, x, 2 * kFeatureGap + height, width, own, sheet);
   }

@@ -28,8 +28,8 @@ struct PrincipalColors {
 };
 
 /// features.png: photos of at most `views` cameras, evenly chosen, and below each the principal components of its
-/// blended attribute S, black where accumulated opacity < 0.5; `antialiased` as in Segmentation.  All views share one
-/// choice of colours.
+/// blended attribute S, black where accumulated opacity < 0.5; `antialiased` as in Segmentation.  S is rendered no
+/// wider than it is shown.  All views share one choice of colours.
 ImageF features_sheet(const std::vector<float>& attribute, const GaussianCloud& cloud,
                       const std::vector<Camera>& cameras, const std::function<ImageF(int camera)>& picture,
                       bool antialiased = false, int views = 3);

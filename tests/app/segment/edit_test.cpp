@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -9,7 +10,9 @@
 #include "app/store/segmentation.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/images/image_io.h"
 #include "tests/app/run_pliant.h"
+#include "tests/held_elsewhere.h"
 #include "tests/temporary_folder.h"
 
 namespace pliant {
@@ -55,6 +58,12 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   EXPECT_EQ(said.find("was removed"), std::string::npos) << said;
   EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
   EXPECT_FALSE(read_json(run / "run.json").contains("edits"));
+  {
+    const HeldElsewhere other(run / ".lock");
+    EXPECT_EQ(run_quietly({"segment", "edit", out, "--drop", "table"}), 2);
+    EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
+    EXPECT_EQ(read_json(run / "objects.json"), before);
+  }
   EXPECT_EQ(run_quietly({"segment", "edit", out}), 2);
   EXPECT_EQ(run_quietly({"segment", "--out", out}), 2);
 
@@ -103,6 +112,25 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
   EXPECT_EQ(read_json(run / "objects.json"), before);
   EXPECT_FALSE(read_json(run / "run.json").contains("edits"));
+}
+
+TEST(SegmentEdit, PicturesOfHeldOutPhotosShowTheEditedObjects) {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height",
+                         "90", "--no-video"}),
+            0);
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--iterations", "0", "--hold-out"}), 0);
+  const auto pixels = [&](uint32_t id) {
+    const IdImage ids = read_ids(folder / "run/held_out/view_000.png");
+    return std::count(ids.data.begin(), ids.data.end(), id);
+  };
+  const auto flower = pixels(1), table = pixels(5);
+  ASSERT_GT(flower, 0);
+  ASSERT_GT(table, 0);
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--merge", "1,5"}), 0);
+  EXPECT_EQ(pixels(5), 0);
+  EXPECT_GE(pixels(1), table);
 }
 
 TEST(SegmentEdit, FoldersOfObjectsAreNamedWithinWhatFileSystemsTake) {

@@ -185,6 +185,20 @@ TEST_F(OneBall, RepairStopsAtTheFirstChanceWhenItIsAskedTo) {
   EXPECT_FALSE(fs::exists(run / "background_repaired.ply"));
 }
 
+TEST_F(OneBall, RepairWarnsWhenNoCameraShowsTheObject) {
+  const TemporaryFolder out;
+  RunDirectory run = RunDirectory::open(copy_of_run(out));
+  Scene scene = load_run_scene(run);
+  for (Camera& camera : scene.cameras)  // the back to the scene
+    camera.cam_from_world = Eigen::AngleAxisd(M_PI, Vec3d::UnitY()) * camera.cam_from_world;
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  testing::internal::CaptureStderr();
+  run_repair(context, run, scene, {});
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("no camera shows the object"), std::string::npos) << said;
+}
+
 constexpr float kSoftAbove = 0.25f;  // a third of the ball
 
 /// Driving particles above and below kSoftAbove, where the ball's surface is far.

@@ -66,6 +66,25 @@ TEST_F(SegmentOptions, ZeroAsBackgroundMakesAnObjectOfUnlabelledPixels) {
   EXPECT_GT(background, 2 * flower);
 }
 
+TEST_F(SegmentOptions, MuchWithoutALabelIsToldAndLittleIsNot) {
+  const TemporaryFolder out;
+  for (const auto& entry : fs::directory_iterator(folder / "scene/masks")) {  // table and wall lose their labels
+    IdImage ids = read_ids(entry.path());
+    for (uint32_t& id : ids.data) id = id < 5 ? id : 0;
+    fs::create_directories(out / "masks");
+    write_ids(out / "masks" / entry.path().filename(), ids);
+  }
+  const auto said = [&](const fs::path& masks) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(segment(out / "run", {"--masks", masks.string(), "--iterations", "0"}), 0);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(said(folder / "scene/masks").find("has no label"), std::string::npos);
+  const std::string much = said(out / "masks");
+  EXPECT_NE(much.find("has no label"), std::string::npos) << much;
+  EXPECT_NE(much.find("--mask-zero background"), std::string::npos) << much;
+}
+
 TEST_F(SegmentOptions, OptionsOfMasksAreRefusedWhereTheSceneHasNone) {
   const TemporaryFolder out;
   fs::copy(folder / "scene", out / "scene", fs::copy_options::recursive);

@@ -28,14 +28,16 @@ TEST(IdPictures, ShowTheSceneAsItsRasteriserDoes) {
 // The classifier gives the labels back, for more classes than channels too.
 TEST(KnownLabels, ComeBackFromTheAttributes) {
   const MadeScene scene = made_scene(two_balls(), 2);
-  std::vector<uint32_t> label;
-  for (size_t p = 0; p < scene.cloud.size(); ++p) label.push_back(static_cast<uint32_t>(10 + 7 * (p % 40)));
-  const Segmentation found = segmentation_of_labels(label, {{10, "ten"}}, scene.cloud, scene.cameras, 3);
-  EXPECT_EQ(found.label, label);
-  EXPECT_EQ(found.class_id.size(), 40u);
-  EXPECT_EQ(found.class_name[0], "ten");
-  EXPECT_EQ(found.class_name[1], "17");
-  for (const float c : found.confidence) EXPECT_GT(c, 0.5f);
+  for (const size_t classes : {40, 600}) {
+    std::vector<uint32_t> label;
+    for (size_t p = 0; p < scene.cloud.size(); ++p) label.push_back(static_cast<uint32_t>(10 + 7 * (p % classes)));
+    const Segmentation found = segmentation_of_labels(label, {{10, "ten"}}, scene.cloud, scene.cameras, 3);
+    EXPECT_EQ(found.label, label);
+    EXPECT_EQ(found.class_id.size(), classes);
+    EXPECT_EQ(found.class_name[0], "ten");
+    EXPECT_EQ(found.class_name[1], "17");
+    for (const float c : found.confidence) EXPECT_GT(c, 0.95f);
+  }
 }
 
 TEST(KnownLabels, AShapeHoldsExactlyWhatLiesInIt) {

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <set>
 
-#include "gaussians/render/blend_weights.h"
 #include "segmentation/field/vote.h"
 #include "segmentation/labels/agreement.h"
 #include "segmentation/select/selection.h"
@@ -249,34 +248,22 @@ TEST(SemanticField, ObjectsAreListedWithBoundsAndViews) {
   EXPECT_GT(objects[1].score, 0.8f);
 }
 
-TEST(Vote, DecodedClassIsTheOneWithTheMostVotesForAnyNumberOfClasses) {
-  for (int classes : {2, 16, 40, 300}) {
-    ClassVotes votes(500);
-    BlendWeights weights;
-    std::vector<int> target;
-    weights.row_start = {0};
-    for (int p = 0; p < 500; ++p)
-      for (int k = 0; k < 7; ++k) {
-        Random random(classes, p, k);
-        target.push_back(static_cast<int>(random.below(classes)));
-        weights.gaussian.push_back(p);
-        weights.weight.push_back(static_cast<float>(random.uniform(0.1, 1)));
-        weights.row_start.push_back(static_cast<uint32_t>(weights.gaussian.size()));
-      }
-    weights.width = static_cast<int>(target.size());
-    weights.height = 1;
-    votes.add(weights, target);
-    SemanticModel<float> model;
-    start_from_votes(votes, classes, 8, 1, model);
-    for (int p = 0; p < 500; ++p) {
-      const auto share = votes.of(p);
-      const int winner =
-          std::max_element(share.begin(), share.end(), [](auto& a, auto& b) { return a.weight < b.weight; })->cls;
-      std::vector<float> probability(classes);
-      class_softmax(model, model.attribute.data() + p * kY, probability.data());
-      EXPECT_EQ(std::max_element(probability.begin(), probability.end()) - probability.begin(), winner) << classes;
+TEST(SemanticField, TellsHowMuchOfWhatTheViewsShowHasNoLabel) {
+  const MadeScene scene = made_scene(two_balls());
+  MaskSet masks = cast_masks(scene);
+  SemanticOptions options;
+  options.iterations = 0;
+  EXPECT_LT(fit_semantic_field(options, scene.cloud, scene.cameras, masks).summary.unlabelled, 0.1);
+  for (MaskSet::View& view : masks.views)
+    std::replace(view.ids.data.begin(), view.ids.data.end(), MadeScene::kTable, 0u);
+  size_t table = 0, balls = 0;  // pixels
+  for (const MaskSet::View& view : cast_masks(scene).views)
+    for (const uint32_t id : view.ids.data) {
+      table += id == MadeScene::kTable;
+      balls += id == 300 || id == 70000;
     }
-  }
+  EXPECT_NEAR(fit_semantic_field(options, scene.cloud, scene.cameras, masks).summary.unlabelled,
+              static_cast<double>(table) / static_cast<double>(table + balls), 0.05);
 }
 
 TEST(IdAgreement, CountsIntersectionsOverUnionsAndLeavesUnlabelledPixelsOut) {

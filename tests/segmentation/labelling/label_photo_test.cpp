@@ -188,10 +188,28 @@ TEST(LabelSet, NamesThatEndInANumberStayWhereNoneIsWithoutIt) {
   masks.names = {{1, "plant 1"}, {2, "toy 2"}, {3, "toy 3"}, {4, "toy 7"}, {5, "chair"}, {6, "chair 2"}};
   masks.views.push_back({0, IdImage(12, 1, 1)});
   masks.views[0].ids.data = {1, 2, 3, 3, 3, 4, 4, 5, 6, 6, 6, 0};
-  auto names = carried_names(masks, masks);
+  EXPECT_EQ(carried_names(masks, masks), masks.names);
+  MaskSet after = masks;
+  after.names.clear();
+  auto names = carried_names(masks, after);
   for (uint32_t id = 1; id <= 4; ++id) EXPECT_EQ(names.at(id), masks.names.at(id));
   EXPECT_EQ(names.at(6), "chair");  // numbered anew, from the largest on
   EXPECT_EQ(names.at(5), "chair 2");
+  after.names = {{5, "chair"}};  // what is known is kept
+  names = carried_names(masks, after);
+  EXPECT_EQ(names.at(5), "chair");
+  EXPECT_EQ(names.at(6), "chair 2");
+}
+
+TEST(LabelSet, WhatMostlyHasNoNameGetsNone) {
+  MaskSet masks;
+  masks.names = {{9, "flower"}};
+  masks.views.push_back({0, IdImage(10, 1, 1)});
+  masks.views[0].ids.data = {9, 9, 9, 9, 9, 9, 12, 12, 12, 12};
+  MaskSet after = masks;
+  after.names.clear();
+  after.views[0].ids.data = {20, 20, 20, 20, 30, 30, 30, 30, 30, 30};  // two of six pixels were the flower's
+  EXPECT_EQ(carried_names(masks, after), (std::map<uint32_t, std::string>{{20, "flower"}}));
 }
 
 TEST(LabelSet, TheRestIsTakenOutForAnAssociationAndPutBackWhereNothingElseIs) {
@@ -205,6 +223,19 @@ TEST(LabelSet, TheRestIsTakenOutForAnAssociationAndPutBackWhereNothingElseIs) {
   EXPECT_EQ(things.names.count(1), 0u);
   things.views[0].ids.data[3] = 7;  // what an association may find out
   put_back_rest(masks, 1, things);
-  EXPECT_EQ(things.views[0].ids.data, (std::vector<uint32_t>{8, 2, 0, 7}));
-  EXPECT_EQ(things.names.at(8), "rest");
+  EXPECT_EQ(things.views[0].ids.data, (std::vector<uint32_t>{1, 2, 0, 7}));
+  EXPECT_EQ(things.names.at(1), "rest");
+}
+
+TEST(LabelSet, TheRestKeepsItsIdWhereAnAssociationHasGivenItToAThing) {
+  MaskSet masks;
+  masks.names = {{5, "rest"}};
+  masks.views.push_back({3, IdImage(4, 1, 1)});
+  masks.views[0].ids.data = {5, 2, 3, 5};
+  MaskSet after = masks;
+  after.names = {{5, "dog"}};
+  after.views[0].ids.data = {0, 4, 5, 0};
+  put_back_rest(masks, 5, after);
+  EXPECT_EQ(after.views[0].ids.data, (std::vector<uint32_t>{5, 4, 6, 5}));
+  EXPECT_EQ(after.names, (std::map<uint32_t, std::string>{{5, "rest"}, {6, "dog"}}));
 }

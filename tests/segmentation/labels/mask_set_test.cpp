@@ -123,10 +123,10 @@ TEST(MaskSet, FoldersOfOneObjectAreIdsInTheOrderOfTheirNames) {
   ASSERT_EQ(masks.views.size(), 2u);
   EXPECT_EQ(masks.views[0].ids(0, 0), 2u);
   EXPECT_EQ(masks.views[0].ids(3, 1), 1u);
-  EXPECT_EQ(masks.views[0].ids(2, 3), 0u);
+  EXPECT_EQ(masks.name_of(masks.views[0].ids(2, 3)), "background");
   EXPECT_EQ(masks.views[1].camera, 2);
   EXPECT_EQ(masks.views[1].ids(1, 0), 2u);
-  EXPECT_EQ(masks.warnings.size(), 1u);
+  EXPECT_EQ(masks.warnings.size(), 2u);
 }
 
 TEST(MaskSet, FoldersOfOneViewMayBeNamedOrNumberedAsInLerfMask) {
@@ -156,7 +156,7 @@ TEST(MaskSet, FoldersNamedByWholeNumbersAreTheirIds) {
   TemporaryFolder folder;
   write_rectangle(folder / "12/photo0.png", 0, 0, 2, 2);
   write_rectangle(folder / "70001/photo0.png", 4, 0, 6, 2);
-  EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).ids(), (std::vector<uint32_t>{12, 70001}));
+  EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).ids(), (std::vector<uint32_t>{12, 70001, 70002}));
 }
 
 TEST(MaskSet, NamesOfFoldersAreNotReplacedByAFileElsewhere) {
@@ -165,12 +165,12 @@ TEST(MaskSet, NamesOfFoldersAreNotReplacedByAFileElsewhere) {
   write_rectangle(folder / "masks/egg/photo0.png", 3, 1, 6, 4);
   const auto elsewhere = folder.file("labels.json", R"({"1": "flower", "2": "box", "12": "cup"})");
   const MaskSet masks = load_masks(folder / "masks", elsewhere, cameras(1));
-  EXPECT_EQ(masks.names, (std::map<uint32_t, std::string>{{1, "egg"}, {2, "red apple"}}));
-  ASSERT_EQ(masks.warnings.size(), 1u);
+  EXPECT_EQ(masks.names, (std::map<uint32_t, std::string>{{1, "egg"}, {2, "red apple"}, {3, "background"}}));
+  ASSERT_EQ(masks.warnings.size(), 2u);
   EXPECT_NE(masks.warnings[0].find("labels.json"), std::string::npos);
   const auto among_them = folder.file("masks/labels.json", R"({"2": "pear"})");
   EXPECT_EQ(load_masks(folder / "masks", among_them, cameras(1)).names,
-            (std::map<uint32_t, std::string>{{1, "egg"}, {2, "pear"}}));
+            (std::map<uint32_t, std::string>{{1, "egg"}, {2, "pear"}, {3, "background"}}));
   // Folders named by whole numbers give no names.
   write_rectangle(folder / "ids/12/photo0.png", 0, 0, 2, 2);
   write_rectangle(folder / "ids/13/photo0.png", 3, 1, 6, 4);

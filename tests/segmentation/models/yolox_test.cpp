@@ -72,6 +72,22 @@ TEST(Yolox, OnlyTheNamesAskedForAreFound) {
   EXPECT_TRUE(detector->detect(picture, {"statue"}).empty());
 }
 
+TEST(Yolox, NamesOfClassesAreThoseGivenElseThoseBesideTheNetworkElseItsOwn) {
+  TemporaryFolder folder;
+  ModelChoice choice;
+  choice.detector = folder.file("yolox.onnx", made_yolox());
+  const auto names = [&] { return make_detector(choice)->vocabulary(); };
+  EXPECT_EQ(names(), (std::vector<std::string>{"leaf", "sky"}));
+  folder.file("yolox.txt", "bolt\nnut\n");
+  EXPECT_EQ(names(), (std::vector<std::string>{"bolt", "nut"}));
+  choice.vocabularies = {folder.file("mine.txt", "red screw\r\nblue screw\r\n")};
+  EXPECT_EQ(names(), (std::vector<std::string>{"red screw", "blue screw"}));
+  choice.vocabularies = {folder.file("three.txt", "a\nb\nc\n")};
+  expect_error(Failure::kUsage, {"--vocabulary", "three.txt", "3 names", "2 classes"}, names);
+  choice.tagger = "ram.pt";  // the list may be its tags
+  EXPECT_EQ(names(), (std::vector<std::string>{"leaf", "sky"}));
+}
+
 TEST(Yolox, TheHashOfTheFileIsKept) {
   TemporaryFolder folder;
   const auto file = folder.file("yolox.onnx", made_yolox());

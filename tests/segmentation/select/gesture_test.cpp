@@ -378,6 +378,24 @@ TEST_F(GestureTest, EveryGaussianHasOneRuleAndTheSheetShowsThem) {
   EXPECT_GT(green, 5000u);
 }
 
+// Photos that are named by numbers: 1 is the name of the first, #1 the second whatever the names are.
+TEST_F(GestureTest, AMarkedNumberIsTheIndexOfACamera) {
+  std::vector<Camera> cameras(scene.cameras.begin(), scene.cameras.begin() + 3);
+  for (int c = 0; c < 3; ++c) cameras[c].name = std::to_string(c + 1);
+  Gesture gesture;
+  add_click("1,5,5", cameras, 8, gesture);
+  add_click("#1,5,5", cameras, 8, gesture);
+  add_stroke("bg,#2,1,1,9,9", cameras, 8, gesture);
+  add_click("0,5,5", cameras, 8, gesture);
+  add_box("#0,1,1,20,20", cameras, gesture);
+  ASSERT_EQ(gesture.strokes.size(), 4u);
+  for (const auto& [k, camera] : {std::pair(0, 0), {1, 1}, {2, 2}, {3, 0}})
+    EXPECT_EQ(gesture.strokes[k].camera, camera);
+  EXPECT_EQ(gesture.boxes[0].camera, 0);
+  for (const char* bad : {"#,5,5", "#3,5,5", "#-1,5,5", "#x,5,5"})
+    EXPECT_NE(complaint([&] { add_click(bad, cameras, 8, gesture); }).find("#0 to #2"), std::string::npos) << bad;
+}
+
 TEST_F(GestureTest, MalformedOptionsNameOptionValueAndRemedy) {
   Gesture gesture;
   const auto& cameras = scene.cameras;

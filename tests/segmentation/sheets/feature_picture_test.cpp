@@ -84,5 +84,19 @@ TEST(FeaturePicture, TwoObjectsShowInTwoColoursWhereTheyAre) {
   EXPECT_GT((mean[300].first - mean[MadeScene::kTable].first).norm(), 0.5f);
 }
 
+TEST(FeaturePicture, LargePhotosAreRenderedAtTheSizeOfTheSheet) {
+  const MadeScene scene = made_scene(two_balls(), 2);
+  std::vector<float> attribute(scene.cloud.size() * kY, 0.0f);
+  for (size_t p = 0; p < scene.cloud.size(); ++p) attribute[p * kY + (scene.truth[p] == 300 ? 3 : 0)] = 2;
+  std::vector<Camera> large, shown;
+  for (const Camera& camera : scene.cameras) {
+    large.push_back(camera.resized(1920, 1440));
+    shown.push_back(large.back().resized(480, 360));
+  }
+  const auto black = [](int) { return ImageF(48, 36, 3); };
+  EXPECT_EQ(features_sheet(attribute, scene.cloud, large, black).data,
+            features_sheet(attribute, scene.cloud, shown, black).data);
+}
+
 }  // namespace
 }  // namespace pliant
