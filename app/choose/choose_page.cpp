@@ -23,6 +23,15 @@ constexpr size_t kMostViews = 8;
 constexpr double kLongestSide = 800;  // px
 constexpr float kQuality = 80;        // of WebP
 
+/// Marks with '#' in front of the number of their camera, which is the word `at`: the name of another may be a number.
+std::vector<std::string> numbered(std::vector<std::string> marks, size_t at) {
+  for (std::string& mark : marks) {
+    const size_t begin = at == 0 ? 0 : mark.find(',') + 1, end = mark.find_first_not_of("0123456789", begin);
+    if (end != begin && end < mark.size() && mark[end] == ',') mark.insert(begin, "#");
+  }
+  return marks;
+}
+
 }  // namespace
 
 json run_lengths(std::span<const uint32_t> values) {
@@ -39,9 +48,9 @@ json run_lengths(std::span<const uint32_t> values) {
 
 SegmentStage segment_by(const Marks& marks) {
   SegmentStage stage;
-  stage.boxes = marks.boxes;
-  stage.clicks = marks.clicks;
-  stage.strokes = marks.strokes;
+  stage.boxes = numbered(marks.boxes, 0);
+  stage.clicks = numbered(marks.clicks, 0);
+  stage.strokes = numbered(marks.strokes, 1);
   stage.grow = marks.grow;
   return stage;
 }
@@ -66,6 +75,7 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
   const Segmentation segmentation = read_objects(run, scene);
   RenderOptions options;
   options.antialiased = scene.report.antialiased;
+  options.background = scene.settings.background_color();
   json views = json::array();
   for (const int index : shown_cameras(scene)) {
     const Camera& full = scene.cameras[index];

@@ -20,6 +20,8 @@ namespace {
 constexpr double kSimulated = 0.1;                   // s, of the motion that the page begins with
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
 
+std::string text_of(const json& message) { return message.dump(-1, ' ', false, json::error_handler_t::replace); }
+
 }  // namespace
 
 /// A browser that shows the choice.
@@ -60,6 +62,7 @@ json Chooser::show() {
                 std::erase_if(visitors_, [](const auto& visitor) { return visitor.expired(); });
                 visitors_.push_back(connection);
                 if (request_) connection->send_text(json({{"busy", name_of(request_->kind)}}).dump());
+                if (!trouble_.is_null()) connection->send_text(text_of(trouble_));
                 return std::make_unique<Visitor>(*this, std::move(connection));
               }});
   return data;
@@ -169,15 +172,21 @@ void Chooser::work() {
 /// Work for the request of this name, of whose end everyone is told; that without a name goes on behind.
 void Chooser::carry_out(const std::string& name, const std::function<void()>& work) {
   json failure;
+  bool cancelled = false;
   try {
     work();
   } catch (const Error& error) {
-    failure = {{"failed", error.failure == Failure::kInterrupted ? "Cancelled." : error.what()}};
+    cancelled = error.failure == Failure::kInterrupted;
+    failure = {{"failed", cancelled ? "Cancelled." : error.what()}};
   } catch (const std::exception& error) {
     failure = {{"failed", error.what()}};
   }
   const std::lock_guard lock(mutex_);
   keeping_ = false;
+  if (name.empty() && !cancelled) {
+    trouble_ = failure;
+    if (!failure.is_null()) context_.progress.warn("view: " + failure["failed"].get<std::string>());
+  }
   if (!name.empty()) {
     request_.reset();
     begun_ = false;
@@ -245,14 +254,10 @@ void Chooser::carry_out(const Context& context, const Context& behind, const Cho
     simulate.duration = kSimulated;
     prepare_object(context, run_, scene, stages, simulate);
     run_simulate(context, run_, scene, simulate);
-    site_.show(live_screen(context, run_, scene));
+    const LiveScreen screen = live_screen(context, run_, scene, context_.progress);
+    site_.show(screen);
     tell({{"reload", true}});
-    // The hole closes behind the object while it is being moved; the page has it when it is loaded again.
-    omp_set_num_threads(std::max(1, omp_get_max_threads() / 2));
-    run_repair(context, run_, scene, {});
-    site_.show(live_screen(context, run_, scene));
-    site_.tell(json({{"said", "The hole behind the object has been repaired. Reload the page to see it."}}).dump());
-    return;
+    return repair(context, scene, screen);
   }
   if (request.kind == Kind::kName) {
     const uint32_t object = request.object == 0 ? SelectionShape::kObject : request.object;
@@ -276,13 +281,34 @@ void Chooser::carry_out(const Context& context, const Context& behind, const Cho
   tell({{"reload", true}});
 }
 
+void Chooser::repair(const Context& context, const Scene& scene, LiveScreen screen) {
+  // The hole closes behind the object while it is being moved; the page has it when it is loaded again.
+  omp_set_num_threads(std::max(1, omp_get_max_threads() / 2));
+  try {
+    run_repair(context, run_, scene, {});
+    site_.show(live_screen(context, run_, scene, context_.progress));
+    site_.tell(text_of({{"said", "The hole behind the object has been repaired. Reload the page to see it."}}));
+  } catch (const std::exception& error) {
+    if (context.interrupted()) throw;
+    const std::string problem = std::string("The hole behind the object could not be repaired: ") + error.what();
+    context_.progress.warn("view: " + problem);
+    const std::string said = text_of({{"said", problem}});
+    site_.tell(said);
+    screen.connect = [connect = screen.connect, said](std::shared_ptr<Connection> connection) {
+      connection->send_text(said);
+      return connect(std::move(connection));
+    };
+    site_.show(std::move(screen));
+  }
+}
+
 void Chooser::tell(const json& message) {
   const std::lock_guard lock(mutex_);
   tell_locked(message);
 }
 
 void Chooser::tell_locked(const json& message) {
-  const std::string text = message.dump(-1, ' ', false, json::error_handler_t::replace);
+  const std::string text = text_of(message);
   for (const std::weak_ptr<Connection>& visitor : visitors_)
     if (const auto connection = visitor.lock()) connection->send_text(text);
 }

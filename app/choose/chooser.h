@@ -35,7 +35,8 @@ namespace pliant {
 ///   "cancel": true                                  stops what is under way, and takes back what waits
 /// Answers, to all clients: {"busy": what, or ""}, {"progress": {"text", "fraction"}}, {"said", "warning"},
 /// {"failed": text}, and {"reload": true} where the address now shows something else; to the one, {"error": text}.
-/// Pages that move the object are told {"said": text} when its hole is repaired.
+/// Pages that move the object are told {"said": text} when its hole is repaired, or why it cannot be.  What fails
+/// although nobody asked for it is told on the console too, and to those who come later.
 class Chooser {
  public:
   /// Of a segmented run; `stages` are those that make an object ready.  Context, run and site must outlive it; clients
@@ -61,6 +62,8 @@ class Chooser {
   void await_answer();
   /// Writes what was selected last, where that has not been done, and tells what is there now.
   void keep(const Context& context);
+  /// Fills the hole behind an object that the site shows on a screen to be moved.
+  void repair(const Context& context, const Scene& scene, LiveScreen screen);
   void name_object(const Context& context, uint32_t object, const std::string& name);
   void tell_kept(const nlohmann::json& shown);
   void tell(const nlohmann::json& message);
@@ -80,6 +83,7 @@ class Chooser {
   std::optional<ChooseRequest> request_;  // that waits or is under way
   bool begun_ = false;                    // it is under way
   bool keeping_ = false;                  // the objects are being replaced by the selection
+  nlohmann::json trouble_;                // a failure behind, for those who come later; null = there was none
   std::optional<ChooseRequest> early_;    // to select, before the scene was prepared
   std::optional<Marks> asked_;            // marks that are not answered yet
   std::string failed_;                    // why the last ones select nothing

@@ -1,11 +1,15 @@
 #include "app/live/live_client.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <malloc.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
 
-#include "app/live/recording.h"
 #include "app/page/interaction_numbers.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -19,20 +23,31 @@ namespace {
 constexpr size_t kMostWaiting = 1000;  // messages
 constexpr size_t kMostPending = 4096;  // commands
 constexpr auto kSaveEvery = std::chrono::seconds(1);
+constexpr int kSaveShare = 50;  // of the time, at most one such part is spent on saving
 
-/// The first live_NNNN.json that does not exist.
+/// The first live_NNNN.json that did not exist; it does now, so that no other client takes it.
 fs::path fresh_file(const fs::path& folder) {
-  for (int k = 1;; ++k)
-    if (const fs::path file = folder / fmt::format("live_{:04}.json", k); !fs::exists(file)) return file;
+  for (int k = 1;; ++k) {
+    const fs::path file = folder / fmt::format("live_{:04}.json", k);
+    const int made = ::open(file.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    if (made >= 0) {
+      ::close(made);
+      return file;
+    }
+    if (errno != EEXIST)
+      throw input_error(file.string(), "", std::string("cannot be written: ") + std::strerror(errno),
+                        "check permissions and free space");
+  }
 }
 
 }  // namespace
 
 LiveClient::LiveClient(std::shared_ptr<const LiveScene> scene, fs::path recordings,
-                       std::shared_ptr<Connection> connection)
+                       std::shared_ptr<Connection> connection, std::function<void(const std::string&)> warn)
     : scene_(std::move(scene)),
       recordings_(std::move(recordings)),
       connection_(std::move(connection)),
+      warn_(std::move(warn)),
       thread_([this] { work(); }) {}
 
 LiveClient::~LiveClient() {
@@ -47,14 +62,25 @@ LiveClient::~LiveClient() {
 void LiveClient::receive(std::string text) {
   {
     const std::lock_guard lock(mutex_);
-    if (inbox_.size() >= kMostWaiting) {
-      connection_->close();
-      return;
-    }
     text.resize(std::min(text.size(), kMostMessage + 1));  // longer ones are refused
     inbox_.push_back(std::move(text));
   }
   wake_.notify_one();
+}
+
+bool LiveClient::takes_more() const {
+  const std::lock_guard lock(mutex_);
+  return inbox_.size() < kMostWaiting;
+}
+
+bool LiveClient::is_unsaved() const { return session_ && session_->history().size() != saved_commands_; }
+
+/// When there is something to do although no message comes.
+std::optional<LiveClient::Clock::time_point> LiveClient::next_due() const {
+  std::optional<Clock::time_point> next;
+  if (running_) next = due_;
+  if (is_unsaved()) next = next ? std::min(*next, save_due_) : save_due_;
+  return next;
 }
 
 /// Handles messages as they come, and frames when they are due.
@@ -64,8 +90,8 @@ void LiveClient::work() {
   std::unique_lock lock(mutex_);
   while (!ended_) {
     const auto woken = [&] { return ended_ || !inbox_.empty(); };
-    if (running_)
-      wake_.wait_until(lock, due_, woken);
+    if (const auto next = next_due())
+      wake_.wait_until(lock, *next, woken);
     else
       wake_.wait(lock, woken);
     std::deque<std::string> messages;
@@ -84,7 +110,7 @@ void LiveClient::work() {
       // What is late stays late: slow motion.
       due_ = std::max(due_ + period, Clock::now());
     }
-    if (session_ && Clock::now() - saved_ > kSaveEvery) save(false);
+    if (is_unsaved() && Clock::now() >= save_due_) save(false);
     lock.lock();
   }
   lock.unlock();
@@ -106,7 +132,7 @@ void LiveClient::handle(const std::string& text) {
       throw usage_error("message", "commands", "are too many before a frame", "ask for frames, or run");
     pending_.insert(pending_.end(), std::make_move_iterator(request.commands.begin()),
                     std::make_move_iterator(request.commands.end()));
-    if (request.run) {
+    if (request.run && *request.run != running_) {
       running_ = *request.run;
       due_ = Clock::now();
     }
@@ -136,6 +162,7 @@ void LiveClient::begin(const LiveStart& start) {
                     start.frame == start_.frame;
   if (!same) body_ = std::make_unique<LiveBody>(*scene_, start, "start");
   start_ = start;
+  recording_.emplace(*scene_, start_);
   session_ =
       std::make_unique<LiveSession>(scene_->setup.options, body_->body.particles, scene_->setup.held, body_->state);
 }
@@ -145,6 +172,7 @@ void LiveClient::advance() {
   commands.swap(pending_);
   LiveAnswer next = session_->step(commands);
   next.holds.insert(next.holds.begin(), answer_.holds.begin(), answer_.holds.end());
+  next.refused.insert(next.refused.begin(), answer_.refused.begin(), answer_.refused.end());
   if (next.failed.empty()) next.failed = answer_.failed;
   answer_ = std::move(next);
 }
@@ -155,16 +183,25 @@ void LiveClient::send_state(std::optional<int> id) {
 }
 
 void LiveClient::save(bool ended) {
-  saved_ = Clock::now();
-  if (!session_ || session_->history().empty() || (!ended && session_->history().size() == saved_commands_)) return;
+  if (!session_ || session_->history().empty()) return;
+  const Clock::time_point before = Clock::now();
   try {
     fs::create_directories(recordings_);
     if (file_.empty()) file_ = fresh_file(recordings_);
-    write_text(file_, recording_json(start_, scene_->setup.options.fps, *session_).dump(1) + "\n");
+    write_text(file_, recording_->of(*session_));
     saved_commands_ = session_->history().size();
+    unkept_ = false;
   } catch (const std::exception& error) {
-    connection_->send_text(error_message({}, std::string("the recording cannot be kept: ") + error.what()));
+    const std::string said = std::string("the recording cannot be kept: ") + error.what();
+    if (!unkept_) connection_->send_text(error_message({}, said));
+    if (!unkept_ && warn_) warn_(said);
+    unkept_ = true;
+    // Nothing was written to it yet.
+    std::error_code none;
+    if (saved_commands_ == 0 && !file_.empty()) fs::remove(std::exchange(file_, {}), none);
   }
+  const Clock::time_point now = Clock::now();
+  save_due_ = now + std::max<Clock::duration>(kSaveEvery, kSaveShare * (now - before));
   if (!ended) return;
   file_.clear();
   saved_commands_ = 0;

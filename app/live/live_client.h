@@ -4,23 +4,28 @@
 #include <condition_variable>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <thread>
 
 #include "app/live/live_messages.h"
 #include "app/live/local_server.h"
+#include "app/live/recording.h"
 
 namespace pliant {
 
 /// The simulation of one client of `pliant view`, in a thread of its own: it never waits for the network.  What was
-/// done is kept in files live_0001.json, ... of a folder, about every second and when it ends (see recording_json).
+/// done is kept in files live_0001.json, ... of a folder, when it ends and about every second, more rarely where that
+/// takes long (see RecordingText).
 class LiveClient : public Client {
  public:
+  /// `warn` is told what else only the client would hear, in the thread; null = nobody is.
   LiveClient(std::shared_ptr<const LiveScene> scene, std::filesystem::path recordings,
-             std::shared_ptr<Connection> connection);
+             std::shared_ptr<Connection> connection, std::function<void(const std::string&)> warn = {});
   ~LiveClient() override;
 
   void receive(std::string text) override;
+  bool takes_more() const override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -30,14 +35,17 @@ class LiveClient : public Client {
   void begin(const LiveStart& start);
   void advance();
   void send_state(std::optional<int> id);
+  std::optional<Clock::time_point> next_due() const;
+  bool is_unsaved() const;
   void save(bool ended);
   nlohmann::json description() const;
 
   const std::shared_ptr<const LiveScene> scene_;
   const std::filesystem::path recordings_;
   const std::shared_ptr<Connection> connection_;
+  const std::function<void(const std::string&)> warn_;
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<std::string> inbox_;
   std::atomic<bool> ended_ = false;  // the client has left: what it asked for is not simulated any more
@@ -49,9 +57,11 @@ class LiveClient : public Client {
   std::vector<LiveCommand> pending_;  // for the next frame
   LiveAnswer answer_;                 // of the last frame, with holds and failures that were not sent yet
   bool running_ = false;
-  Clock::time_point due_, saved_;
-  std::filesystem::path file_;  // of this session
+  Clock::time_point due_, save_due_;
+  std::optional<RecordingText> recording_;  // of this session
+  std::filesystem::path file_;
   size_t saved_commands_ = 0;
+  bool unkept_ = false;  // the last time it could not be saved
   std::thread thread_;
 };
 

@@ -34,8 +34,14 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
 /// A frame for a client, little-endian: 32 bytes {u32 magic "PLNT", u16 version 1, u16 type 1, u32 frame, u32 N, f64
 /// time [s], u32 bytes of JSON, u32 bytes per particle}; the JSON, padded with spaces to a multiple of 4 bytes;
 /// positions [N, 3] as u16, velocities [N, 3] and deformation gradients less the identity [N, 9] (rows) as i16.  The
-/// JSON has the answer (id, substeps, ms, forces, holds, failed) and how to decode: `low` and `size` [3] of the box
-/// that the positions lie in, scene units, and `speed` (m/s) and `gradient` for 32767.
+/// JSON has the answer and how to decode: `low` and `size` [3] of the box that the positions lie in, scene units, and
+/// `speed` (m/s) and `gradient` for 32767.  The answer is
+///   "id"               of the request, where there was one
+///   "substeps", "ms"   of the frame
+///   "forces"           [[number, x, y, z], ...] in newtons, of what acted in the frame
+///   "holds"            [[number, x, y, z], ...] in metres: where grabs that began took hold
+///   "refused"          [[number, why], ...]: what could not begin; all else goes on
+///   "failed"           why the solver failed, or null: what was begun has ended, and the settings are those of before
 std::string state_message(const LiveSession& session, const LiveAnswer& answer, std::optional<int> id,
                           double metres_per_unit);
 

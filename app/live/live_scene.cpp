@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/run/attach_scene.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -23,10 +24,20 @@ size_t checked_frame(const LiveScene& scene, const LiveStart& start, const std::
                     fmt::format("the clip has {} frames", frames));
 }
 
+nlohmann::json record_of_motion(const RunDirectory& run) {
+  const nlohmann::json& all = run.manifest()["stages"]["simulate"];
+  nlohmann::json out = {{"seed", all.value("seed", nlohmann::json())}};
+  for (const char* part : {"options", "scene", "found", "inputs"})
+    out[part] = all.value(part, nlohmann::json::object());
+  out["options"].erase("duration");
+  return out;
+}
+
 }  // namespace
 
 LiveScene load_live_scene(const RunDirectory& run, const Scene& scene, const std::string& what) {
-  LiveScene out{scene, load_moving_scene(moving_scene_files(run), scene), {}};
+  LiveScene out{scene, load_moving_scene(moving_scene_files(run), scene), {}, {}, record_of_motion(run)};
+  out.object = extracted(run, {"name"})["name"];
   out.setup = session_setup(run, scene, out.moving.particles);
   if (!out.setup.refused.empty())
     throw usage_error(what, "", "cannot be moved interactively: " + out.setup.refused, "simulate again");

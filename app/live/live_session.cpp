@@ -60,24 +60,36 @@ void LiveSession::open(const SimulationState& start) {
   session_ = std::make_unique<Session>(options_, particles_, held, std::move(state));
 }
 
+/// Throws Error{kUsage} where it cannot.
+void LiveSession::begin(const LiveCommand& command, LiveAnswer& answer) {
+  const std::string number = std::to_string(command.number);
+  if (command.number < held_at_start_)
+    throw usage_error("begin", number, "is the number of an interaction that acts from the start",
+                      fmt::format("give one from {} on", held_at_start_));
+  if (active_.count(command.number)) throw usage_error("begin", number, "is already in use", "end it first");
+  if (active_.size() >= kMostActive)
+    throw usage_error("begin", number, "exceeds the maximum number of interactions", "end something first");
+  const int in_session = session_->begin(command.interaction);
+  const InteractionType type = command.interaction.type;
+  Active& active = active_[command.number] = Active(in_session);
+  active.follows = type == InteractionType::kGrab || type == InteractionType::kPoke;
+  if (type == InteractionType::kGrab) {
+    active.hold = session_->history()[in_session].path.front().position;
+    answer.holds.emplace_back(command.number, *active.hold);
+  }
+}
+
 void LiveSession::apply(const LiveCommand& command, LiveAnswer& answer) {
   const auto it = active_.find(command.number);
   switch (command.kind) {
-    case LiveCommand::Kind::kBegin: {
-      if (it != active_.end() || active_.size() >= kMostActive)
-        throw usage_error("begin", std::to_string(command.number),
-                          it != active_.end() ? "is already in use" : "exceeds the maximum number of interactions",
-                          "end something first");
-      const int in_session = session_->begin(command.interaction);
-      const InteractionType type = command.interaction.type;
-      Active& active = active_[command.number] = Active(in_session);
-      active.follows = type == InteractionType::kGrab || type == InteractionType::kPoke;
-      if (type == InteractionType::kGrab) {
-        active.hold = session_->history()[in_session].path.front().position;
-        answer.holds.emplace_back(command.number, *active.hold);
+    case LiveCommand::Kind::kBegin:
+      try {
+        begin(command, answer);
+      } catch (const Error& error) {
+        if (error.failure != Failure::kUsage) throw;
+        answer.refused.emplace_back(command.number, error.what());
       }
       break;
-    }
     case LiveCommand::Kind::kMove:
       if (it != active_.end() && it->second.follows) session_->move(it->second.in_session, command.place);
       break;
@@ -116,7 +128,16 @@ LiveAnswer LiveSession::step(std::span<const LiveCommand> commands) {
   answer.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   answer.substeps = session_->substeps();
   for (const auto& [number, active] : active_) answer.forces.emplace_back(number, session_->force(active.in_session));
+  forget_ended();
   return answer;
+}
+
+/// Frees the numbers of what has ended by its duration.
+void LiveSession::forget_ended() {
+  const auto ended = [&](const auto& entry) { return !session_->acts(entry.second.in_session); };
+  for (const auto& entry : active_)
+    if (ended(entry)) held_.erase(entry.first);
+  std::erase_if(active_, ended);
 }
 
 /// One frame from the first of these states with which it works.

@@ -12,15 +12,18 @@ namespace pliant {
 /// What a step says beside the state.
 struct LiveAnswer {
   int substeps = 0;
-  double ms = 0;                              ///< wall time
-  std::vector<std::pair<int, Vec3d>> forces;  ///< mean in the frame of what acts, by number [N]
-  std::vector<std::pair<int, Vec3d>> holds;   ///< where grabs that began took hold [m]
-  std::string failed;                         ///< why the solver failed and was started anew; empty = it did not
+  double ms = 0;                                     ///< wall time
+  std::vector<std::pair<int, Vec3d>> forces;         ///< mean in the frame of what acts, by number [N]
+  std::vector<std::pair<int, Vec3d>> holds;          ///< where grabs that began took hold [m]
+  std::string failed;                                ///< why the solver failed and was started anew; empty = it did not
+  std::vector<std::pair<int, std::string>> refused;  ///< what could not begin, by number, and why; all else goes on
 };
 
 /// A body under commands, which survives what a person may do to it: where the solver fails, it goes on from the last
 /// good frame without what was begun and with the settings of the body; where it fails there too, from that frame
-/// without velocities, else from the start.  The same commands at the same frames give the same motion bit for bit.
+/// without velocities, else from the start.  What cannot begin is refused and does no harm; the number of an
+/// interaction is free again when its duration has passed.  The same commands at the same frames give the same motion
+/// bit for bit.
 class LiveSession {
  public:
   LiveSession(const SimulateOptions& options, const Particles& particles, const std::vector<Interaction>& held,
@@ -48,13 +51,15 @@ class LiveSession {
 
   int max_substeps(double young_scale) const;
   void open(const SimulationState& start);
+  void begin(const LiveCommand& command, LiveAnswer& answer);
   void apply(const LiveCommand& command, LiveAnswer& answer);
+  void forget_ended();
   void recover(const SimulationState& good);
 
   SimulateOptions options_;
   Particles particles_;
   SimulationState first_;
-  std::map<int, Interaction> held_;  // that have not been ended
+  std::map<int, Interaction> held_;  // that have not ended
   int held_at_start_ = 0;
   std::map<int, Active> active_;
   std::unique_ptr<Session> session_;

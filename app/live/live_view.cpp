@@ -4,6 +4,7 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -26,13 +27,19 @@ namespace {
 constexpr size_t kPageSize = 32'000'000;  // bytes, if that is enough
 
 /// Starts the default browser, where there is a desktop; false where that fails within a second.  Without a known
-/// desktop the program that starts it lives as long as the browser.
+/// desktop the program that starts it lives as long as the browser, which has a session of its own: what ends this
+/// program does not end it.
 bool open_browser(const std::string& url) {
   if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return false;
   std::string program = "xdg-open", argument = url;
   char* const arguments[] = {program.data(), argument.data(), nullptr};
   pid_t process = 0;
-  if (posix_spawnp(&process, program.c_str(), nullptr, nullptr, arguments, environ) != 0) return false;
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+  const int failed = posix_spawnp(&process, program.c_str(), nullptr, &attributes, arguments, environ);
+  posix_spawnattr_destroy(&attributes);
+  if (failed) return false;
   constexpr int kAsks = 20;
   for (int k = 0; k < kAsks; ++k) {
     int status = 0;
@@ -54,7 +61,7 @@ LocalServer::Page live_page(std::string html) {
   return {"text/html; charset=utf-8", html, html.substr(begin, end - begin) + "; frame-ancestors 'none'"};
 }
 
-LiveScreen live_screen(const Context& context, const RunDirectory& run, const Scene& scene) {
+LiveScreen live_screen(const Context& context, const RunDirectory& run, const Scene& scene, Progress& console) {
   const auto live = std::make_shared<const LiveScene>(load_live_scene(run, scene, "view"));
   // A page of its own, as clip.html may be smaller than this machine needs.
   const fs::path file = run / "view.html";
@@ -64,16 +71,21 @@ LiveScreen live_screen(const Context& context, const RunDirectory& run, const Sc
   export_page(context, run, scene, stage, file);
   LiveScreen screen{live_page(read_text(file)), {}};
   fs::remove(file);
-  screen.connect = [live, recordings = run / "recordings"](std::shared_ptr<Connection> connection) {
-    return std::make_unique<LiveClient>(live, recordings, std::move(connection));
+  const auto warn = [&console, said = std::make_shared<std::atomic<bool>>(false)](const std::string& text) {
+    if (!said->exchange(true)) console.warn("view: " + text);
+  };
+  screen.connect = [live, recordings = run / "recordings", warn](std::shared_ptr<Connection> connection) {
+    return std::make_unique<LiveClient>(live, recordings, std::move(connection), warn);
   };
   return screen;
 }
 
-json serve(const Context& context, const ViewOptions& options, LiveSite& site) {
-  LocalServer server(options.server, site.handler());
+json serve(const Context& context, const ViewOptions& options, LocalServer& server, LiveSite& site) {
   const std::string url = server.url();
-  if (options.server.allow_remote)
+  if (options.server.allow_remote && !server.is_remote())
+    context.progress.warn("view: --allow-remote lets no other machine in while the address is " + options.server.host +
+                          "; add --host 0.0.0.0");
+  else if (server.is_remote())
     context.progress.warn("view: anyone with the address below can move the object; the connection is not encrypted");
   const bool opened = options.browser && open_browser(url);
   context.progress.say(fmt::format("view: {} {} (Ctrl-C to stop)", opened ? "opened" : "open", url));

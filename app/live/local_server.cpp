@@ -156,6 +156,7 @@ void LocalServer::State::accept() {
   acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
+      close_on_exec(socket);
       auto visit = std::make_shared<Visit>(*this, std::move(socket));
       if (connections > options.most_connections)
         visit->refuse(http::status::service_unavailable);
@@ -177,6 +178,7 @@ LocalServer::LocalServer(const LocalServerOptions& options, Handler handler) : s
     throw usage_error("--host", options.host, "is reachable from other machines", "add --allow-remote to allow this");
   const tcp::endpoint endpoint(address, static_cast<uint16_t>(options.port));
   s.acceptor.open(endpoint.protocol(), error);
+  if (!error) close_on_exec(s.acceptor);
   if (!error) s.acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) s.acceptor.bind(endpoint, error);
   if (!error) s.acceptor.listen(asio::socket_base::max_listen_connections, error);
@@ -198,6 +200,8 @@ LocalServer::~LocalServer() {
 }
 
 int LocalServer::port() const { return state_->acceptor.local_endpoint().port(); }
+
+bool LocalServer::is_remote() const { return !state_->acceptor.local_endpoint().address().is_loopback(); }
 
 std::string LocalServer::url() const { return fmt::format("http://{}:{}/{}/", state_->host(), port(), state_->token); }
 

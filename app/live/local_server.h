@@ -25,6 +25,8 @@ class Client {
   virtual ~Client() = default;
   /// A text message.  Returns at once.
   virtual void receive(std::string text) = 0;
+  /// Whether another one may come; where not, hardly anything is read from this client for a while.
+  virtual bool takes_more() const { return true; }
 };
 
 struct LocalServerOptions {
@@ -67,6 +69,7 @@ class LocalServer {
   ~LocalServer();
 
   int port() const;
+  bool is_remote() const;   ///< listens at an address that other machines reach
   std::string url() const;  ///< with the token
   /// Serves until `stop` is true, which is asked several times a second.
   void run(const std::function<bool()>& stop);

@@ -1,6 +1,7 @@
 // Internal to local_server.cpp: what its connections share, and its WebSockets.
 #pragma once
 
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <atomic>
@@ -38,6 +39,12 @@ inline std::string random_token() {
   std::string out;
   for (int k = 0; k < 4; ++k) out += fmt::format("{:08x}", static_cast<uint32_t>(device()));
   return out;
+}
+
+/// Keeps a socket from programs that this one starts.
+template <class AnySocket>
+void close_on_exec(AnySocket& socket) {
+  fcntl(socket.native_handle(), F_SETFD, FD_CLOEXEC);
 }
 
 inline std::string_view text_of(boost::string_view s) { return {s.data(), s.size()}; }
@@ -166,18 +173,28 @@ class Socket : public Connection, public std::enable_shared_from_this<Socket> {
     });
   }
 
-  /// Who sends too fast is read more slowly.
+  /// Who sends too fast is read more slowly.  Of one who has to wait for its client a message is read now and then all
+  /// the same: a connection of which nothing is read would count as dead.
   void wait_and_read() {
+    if (!client_->takes_more() && Clock::now() - last_ < milliseconds(state_.options.idle_timeout / 4))
+      return wait(kAskAgain, [this] { wait_and_read(); });
     const double rate = state_.options.messages_per_second;
     const auto now = Clock::now();
     allowance_ = std::min(2 * rate, allowance_ + rate * std::chrono::duration<double>(now - last_).count()) - 1;
     last_ = now;
     if (allowance_ >= 0) return read();
-    timer_.expires_after(milliseconds(-allowance_ / rate) + std::chrono::milliseconds(1));
-    timer_.async_wait([self = shared_from_this()](beast::error_code error) {
-      if (!error) self->read();
+    wait(milliseconds(-allowance_ / rate) + std::chrono::milliseconds(1), [this] { read(); });
+  }
+
+  template <class Next>
+  void wait(std::chrono::milliseconds time, Next next) {
+    timer_.expires_after(time);
+    timer_.async_wait([self = shared_from_this(), next](beast::error_code error) {
+      if (!error && !self->dropped_) next();
     });
   }
+
+  static constexpr std::chrono::milliseconds kAskAgain{10};
 
   State& state_;
   std::optional<Counted> counted_;

@@ -70,6 +70,19 @@ void check_held(const Recording& recording, size_t held, const std::string& file
       throw other(command.number);
 }
 
+/// Throws where another object was moved, and says where this one was simulated otherwise.
+void check_object(const Context& context, const Recording& recording, const LiveScene& live, const std::string& file) {
+  if (!recording.simulated.is_object()) return;
+  const json::json_pointer splats("/inputs/object");
+  const bool same_splats = recording.simulated.value(splats, json()) == live.simulated.value(splats, json());
+  if (!recording.object.empty() && recording.object != live.object && !same_splats)
+    throw input_error(file, "object", fmt::format("is '{}', here is '{}'", recording.object, live.object),
+                      "extract and simulate the object that was moved");
+  const std::string difference = first_difference(recording.simulated, live.simulated);
+  if (!difference.empty())
+    context.progress.warn("simulate: " + file + " was recorded on another motion: " + difference);
+}
+
 /// Throws where all frames of a replay would need too much memory.
 void check_memory(const Recording& recording, size_t drivers, const std::string& file) {
   constexpr size_t kBytes = 2 * sizeof(Vec3f) + sizeof(Mat3f);  // of a particle in a frame
@@ -99,6 +112,12 @@ Recording parse_recording(const std::string& text, const Scene& scene, const std
   out.fps = number(all, "solver_fps", file, 1, 1000);
   const InteractionFrame frame{scene.metres_per_unit, scene.up};
   if (all.contains("held")) out.held = static_cast<int>(number(all, "held", file, 0, 1e6));
+  if (all.contains("object") && !all["object"].is_string())
+    throw input_error(file, "object", "is " + all["object"].dump().substr(0, 60), "give a name");
+  if (all.contains("simulated") && !all["simulated"].is_object())
+    throw input_error(file, "simulated", "is " + all["simulated"].dump().substr(0, 60), "leave it out");
+  out.object = all.value("object", "");
+  out.simulated = all.value("simulated", json());
   if (version == 2) {
     required(all, "commands", file);
     for (const json& row : rows_of(all, "commands", file)) {
@@ -131,19 +150,33 @@ Recording parse_recording(const std::string& text, const Scene& scene, const std
   return out;
 }
 
-json recording_json(const LiveStart& start, double fps, const LiveSession& session) {
-  return {{"format", "pliant-recording"}, {"version", 2},
-          {"drivers", start.drivers},     {"clustered_to", start.clustered_to},
-          {"start_frame", start.frame},   {"solver_fps", fps},
-          {"frames", session.frames()},   {"held", session.held_at_start()},
-          {"commands", session.history()}};
+RecordingText::RecordingText(const LiveScene& scene, const LiveStart& start)
+    : head_({{"format", "pliant-recording"},
+             {"version", 2},
+             {"drivers", start.drivers},
+             {"clustered_to", start.clustered_to},
+             {"start_frame", start.frame},
+             {"solver_fps", scene.setup.options.fps},
+             {"object", scene.object},
+             {"simulated", scene.simulated}}) {}
+
+std::string RecordingText::of(const LiveSession& session) {
+  for (; count_ < session.history().size(); ++count_)
+    rows_ += (count_ > 0 ? ",\n" : "\n") + session.history()[count_].dump();
+  head_["frames"] = session.frames();
+  head_["held"] = session.held_at_start();
+  std::string out = head_.dump();
+  out.pop_back();  // its brace
+  return out + ",\n\"commands\": [" + rows_ + "\n]}\n";
 }
 
 json replay_recording(const Context& context, RunDirectory& run, const Scene& scene, const fs::path& file) {
   const Recording recording = parse_recording(read_text(file), scene, file.string());
   const std::string folder = object_folder(run);
+  run.hold();
   LiveScene live = load_live_scene(run, scene, "--recording");
   live.setup.options.fps = recording.fps;
+  check_object(context, recording, live, file.string());
   check_held(recording, live.setup.held.size(), file.string());
   const LiveBody start(live, recording.start, file.string());
   check_memory(recording, start.level.driving_position.size(), file.string());

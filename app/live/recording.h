@@ -1,7 +1,7 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -25,6 +25,8 @@ struct Recording {
   int frames = 0;  ///< of the session
   int held = -1;   ///< interactions that act from the start, which have the first numbers; -1 = not told
   double fps = 60;
+  std::string object;        ///< name; empty = not told
+  nlohmann::json simulated;  ///< what `simulate` had made the motion from, see record_of; null = not told
   std::vector<Change> settings;
   std::vector<Interaction> interactions;
   std::vector<Release> released;
@@ -34,11 +36,22 @@ struct Recording {
 /// Throws Error{kInput} naming the file and the field.
 Recording parse_recording(const std::string& text, const Scene& scene, const std::string& file);
 
-/// A file of version 2: what was done to `session` since it began.
-nlohmann::json recording_json(const LiveStart& start, double fps, const LiveSession& session);
+/// The text of a file of version 2, one command a line.  It is made of what is new alone: a session may last for hours.
+class RecordingText {
+ public:
+  RecordingText(const LiveScene& scene, const LiveStart& start);
+  /// What was done to `session`, the same one each time, since it began.
+  std::string of(const LiveSession& session);
+
+ private:
+  nlohmann::json head_;
+  std::string rows_;
+  size_t count_ = 0;
+};
 
 /// Does it again with the native solver and writes the motion of the level's particles to recording.h5, and these to
-/// recording_particles.h5, in the object's folder.
+/// recording_particles.h5, in the object's folder.  Another object than the recording names is refused; where it was
+/// simulated otherwise since, that is said.
 nlohmann::json replay_recording(const Context& context, RunDirectory& run, const Scene& scene,
                                 const std::filesystem::path& file);
 

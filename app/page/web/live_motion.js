@@ -211,6 +211,7 @@ export class LiveMotion {
       this.msPerFrame = this.msPerFrame > 0 && ms < 3 * this.msPerFrame
           ? this.msPerFrame + kSmooth * (ms - this.msPerFrame) : ms;
     }
+    for (const [number] of answer.refused ?? []) this.acting.delete(number);
     if (answer.failed) {
       // The solver does not know yet that what was begun since then is over.
       this.queue = this.script ? [] : [...this.acting.keys()].filter((number) => number >= this.held.length)

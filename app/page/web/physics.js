@@ -122,17 +122,22 @@ export class Physics {
     });
   }
 
-  #answered({forces, failed}) {
+  #answered({forces, failed, refused = []}) {
     this.forces = new Map(forces.map(([number, ...force]) => [number, force]));
+    if (!failed && refused.length) this.#complain('What you did last has no effect.', `(${refused[0][1]})`);
     if (!failed) return;
     this.hand.drop();
+    this.#complain('The motion became too violent for the solver.',
+        'It continues without your hand or added pins, with the original settings. ' +
+            `(${failed.replace(/^simulate: /, '')})`);
+  }
+
+  #complain(message, advice) {
     this.onChange();
     const now = performance.now();
     if (now - this.complained < kQuiet) return;
     this.complained = now;
-    report(new ClipError('The motion became too violent for the solver.',
-        'It continues without your hand or added pins, with the original settings. ' +
-            `(${failed.replace(/^simulate: /, '')})`));
+    report(new ClipError(message, advice));
   }
 
   /** The session is over already. */

@@ -97,7 +97,10 @@ export class ServedSolver {
   #take(message) {
     if (message.said) this.onsaid(message.said);
     const request = this.waiting.get(message.id);
-    if (!request) return;
+    if (!request) {
+      if (message.error) this.onsaid(`pliant view: ${message.error}.`);  // such as a recording that cannot be kept
+      return;
+    }
     this.waiting.delete(message.id);
     if (message.error) request.reject(new ClipError(`The server refused: ${message.error}.`, kAdvice));
     else request.resolve(message);

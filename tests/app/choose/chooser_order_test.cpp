@@ -1,5 +1,8 @@
 // What is asked of the choice while it prepares the scene, answers marks or writes a selection.
 
+#include <atomic>
+#include <thread>
+
 #include "app/segment/objects_file.h"
 #include "tests/app/choose/choice.h"
 
@@ -56,6 +59,50 @@ TEST_F(Choice, ARequestIsToldAtOnceAndTakenBackWhileTheSceneIsBeingPrepared) {
   gate_.open();
   EXPECT_TRUE(await("selected").is_object());
   EXPECT_FALSE(run_->has("simulate"));
+}
+
+TEST(SegmentBy, MarksOfThePageNameCamerasByNumberWhateverTheyAreCalled) {
+  const SegmentStage stage = segment_by({{"3,1,2,30,40"}, {"0,1,2", "nowhere,1,2"}, {"fg,12,1,2,3,4"}, 5});
+  EXPECT_EQ(stage.boxes, std::vector<std::string>{"#3,1,2,30,40"});
+  EXPECT_EQ(stage.clicks, (std::vector<std::string>{"#0,1,2", "nowhere,1,2"}));
+  EXPECT_EQ(stage.strokes, std::vector<std::string>{"fg,#12,1,2,3,4"});
+  EXPECT_EQ(stage.grow, 5);
+}
+
+TEST_F(Choice, WhatFailsBehindIsToldOnTheConsoleAndToThoseWhoComeLater) {
+  stop();
+  fs::remove(*run_ / "prepared_scene.bin");
+  std::atomic<bool> warned = false;
+  progress_.listen([&](const ProgressEvent& event) {
+    if (event.text.starts_with("segment: preparing")) throw std::runtime_error("the disk is full");
+    if (event.warning && event.text.find("the disk is full") != std::string::npos) warned = true;
+  });
+  start();
+  for (int k = 0; k < 1000 && !warned; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE(warned);
+  const auto late = std::make_shared<Inbox>();
+  const auto client = site_.handler().connect(late);
+  EXPECT_EQ(json::parse(late->next()), json({{"failed", "the disk is full"}}));
+}
+
+TEST_F(Choice, AHoleThatCannotBeRepairedIsToldToWhoMovesTheObjectNowOrLater) {
+  stop();
+  run_->forget("repair");
+  std::atomic<bool> warned = false;
+  progress_.listen([&](const ProgressEvent& event) {
+    if (event.text.starts_with("repair: ")) throw std::runtime_error("the disk is full");
+    if (event.warning && event.text.find("could not be repaired: the disk is full") != std::string::npos) warned = true;
+  });
+  start();
+  client_->receive(json({{"make", {{"object", plant()}, {"label", "potted plant"}}}}).dump());
+  EXPECT_EQ(await("reload"), true);
+  EXPECT_EQ(await("busy"), "");
+  EXPECT_TRUE(warned);
+  const auto late = std::make_shared<Inbox>();
+  const auto mover = site_.handler().connect(late);
+  EXPECT_NE(json::parse(late->next())["said"].get<std::string>().find("the disk is full"), std::string::npos);
+  mover->receive(R"({"id": 1, "frames": 1})");
+  EXPECT_EQ(late->next().substr(0, 4), "PLNT");
 }
 
 TEST_F(Choice, ANameStaysWithTheSelectionUntilThereIsNone) {

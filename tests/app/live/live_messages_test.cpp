@@ -72,6 +72,7 @@ TEST(LiveMessages, AStateComesBackWithinItsQuantisation) {
   LiveAnswer answer;
   answer.ms = 4.5;
   answer.holds = {{8, {1, 2, 3}}};
+  answer.refused = {{9, "is in use"}};
   const std::string bytes = state_message(session, answer, 12, kFrame.metres_per_unit);
 
   const auto word = [&](size_t at) {
@@ -87,6 +88,7 @@ TEST(LiveMessages, AStateComesBackWithinItsQuantisation) {
   const json meta = json::parse(bytes.substr(32, length));
   EXPECT_EQ(meta["id"], 12);
   EXPECT_EQ(meta["holds"], json::parse("[[8, 1.0, 2.0, 3.0]]"));
+  EXPECT_EQ(meta["refused"], json::parse(R"([[9, "is in use"]])"));
   EXPECT_TRUE(meta["failed"].is_null());
   const char* const body = bytes.data() + 32 + length;
   for (size_t i = 0; i < n; ++i) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <tuple>
 
 #include "app/live/live_messages.h"
 #include "app/page/interaction_numbers.h"
@@ -109,11 +110,46 @@ TEST(LiveSession, GoesOnAfterWhatTheSolverCannotFollow) {
   EXPECT_FALSE(failed.failed.empty());
   for (int frame = 0; frame < 20; ++frame) EXPECT_TRUE(session.step({}).failed.empty());
   for (const Vec3f& x : session.state().x) ASSERT_TRUE(x.allFinite());
-  // A grab of nothing, a number that acts already and moves of what is not there do no harm either.
-  EXPECT_FALSE(session.step(std::vector<LiveCommand>{command(grab_of(3, {5, 5, 5}, 0.01))}).failed.empty());
+  // Moves of what is not there do no harm either.
   session.step(
       std::vector<LiveCommand>{command({"move", 77, 0, 0, 0}), command({"move", 0, 0, 0, 0}), command({"end", 12345})});
-  EXPECT_EQ(session.frames(), 23);
+  EXPECT_EQ(session.frames(), 22);
+}
+
+// What cannot begin is refused by its number; the wind and the settings of the session go on as without it.
+TEST(LiveSession, WhatCannotBeginIsRefusedAndAllElseGoesOn) {
+  const PlayedBar bar;
+  LiveSession session = bar.session(), alone = bar.session();
+  const json wind = {{"type", "wind"}, {"wind", {3, 0, 0}}};
+  const std::vector<LiveCommand> begin = {command({"set", 0.5, 1, 0, 0, -9.81}), command({"begin", 7, wind})};
+  session.step(begin);
+  alone.step(begin);
+  const std::vector<LiveCommand> bad = {command({"begin", 7, wind}), command(grab_of(8, {5, 5, 5}, 0.01)),
+                                        command({"begin", 0, wind})};
+  const LiveAnswer answer = session.step(bad);
+  alone.step({});
+  EXPECT_TRUE(answer.failed.empty()) << answer.failed;
+  ASSERT_EQ(answer.refused.size(), 3u);
+  for (const auto& [k, number, why] : {std::tuple(0, 7, "in use"), {1, 8, "region"}, {2, 0, "from the start"}}) {
+    EXPECT_EQ(answer.refused[k].first, number);
+    EXPECT_NE(answer.refused[k].second.find(why), std::string::npos) << answer.refused[k].second;
+  }
+  EXPECT_EQ(answer.forces.size(), bar.held.size() + 1);
+  EXPECT_TRUE(same_bits(session.state(), alone.state()));
+}
+
+TEST(LiveSession, ANumberIsFreeAgainWhenItsDurationHasPassed) {
+  const PlayedBar bar;
+  LiveSession session = bar.session();
+  const json push = {{"type", "point_force"}, {"region", "all"}, {"force", {0.003, 0, 0}}, {"duration", 0.04}};
+  const json kick = {{"type", "impulse"}, {"region", "all"}, {"impulse", {1e-5, 0, 0}}};
+  for (int k = 0; k < 70; ++k) {
+    const LiveAnswer answer = session.step(std::vector<LiveCommand>{command({"begin", k % 3 == 0 ? 5 : 1000 + k, push}),
+                                                                    command({"begin", 2000 + k, kick})});
+    EXPECT_TRUE(answer.failed.empty() && answer.refused.empty()) << k;
+  }
+  for (int k = 0; k < 3; ++k) session.step({});
+  EXPECT_EQ(session.step({}).forces.size(), bar.held.size()) << "nothing is left of them";
 }
 
 // A hundred times the stiffness, the slider's end, only takes longer, however many particles there are; a million times

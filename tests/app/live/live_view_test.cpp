@@ -4,14 +4,18 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstring>
+#include <thread>
 
+#include "app/commands/command.h"
 #include "app/live/live_client.h"
 #include "app/page/clip_html.h"
 #include "app/store/trajectory.h"
 #include "gaussians/io/files/files.h"
 #include "tests/app/fit_video_scene.h"
 #include "tests/app/live/inbox.h"
+#include "tests/app/live/view_until.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -156,7 +160,24 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
   damaged["commands"][0][1][1] = 0;  // "begin" with the number of a pin
   write_text(folder / "damaged.json", damaged.dump());
   EXPECT_EQ(run_quietly({"simulate", run, "--recording", (folder / "damaged.json").string()}), 1);
-  damaged = json::parse(read_text(file));
+  const json recorded = json::parse(read_text(file));
+  const auto replay = [&](const json& recording, int code) {
+    write_text(folder / "damaged.json", recording.dump());
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(run_quietly({"simulate", run, "--recording", (folder / "damaged.json").string()}), code);
+    return ::testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(replay(recorded, 0).find("another motion"), std::string::npos);
+  damaged = recorded;
+  damaged["simulated"]["options"]["young"] = 1e4;
+  EXPECT_NE(replay(damaged, 0).find("another motion: option 'young' was 10000.0, now 20000.0"), std::string::npos);
+  damaged["simulated"]["inputs"]["object"] = "other splats";
+  damaged["object"] = "elephant";
+  EXPECT_NE(replay(damaged, 1).find("elephant"), std::string::npos);
+  damaged.erase("simulated");
+  damaged.erase("object");
+  EXPECT_EQ(replay(damaged, 0).find("another motion"), std::string::npos) << "as earlier ones are";
+  damaged = recorded;
   damaged["commands"][0][0] = 400;
   write_text(folder / "damaged.json", damaged.dump());
   EXPECT_NE(run_quietly({"simulate", (folder / "run").string(), "--recording", (folder / "damaged.json").string()}), 0);
@@ -201,14 +222,96 @@ TEST_F(View, AScreenGoesWhenAnotherIsShownButNotWhatItsClientsUse) {
 
 TEST_F(View, NoSelectionIsPreparedUnlessAnObjectIsToBeChosen) {
   const fs::path prepared = folder / "run/prepared_scene.bin";
-  // An address that is refused once there is something to show.
-  std::vector<std::string> view = {"view", (folder / "run").string(), "--no-browser", "--host", "192.0.2.1"};
+  const std::string run = (folder / "run").string();
   fs::remove(prepared);
-  EXPECT_EQ(run_quietly(view), 2);
+  fixture::view_until({run}, [] { return true; });
   EXPECT_FALSE(fs::exists(prepared));
-  view.push_back("--choose");
-  EXPECT_EQ(run_quietly(view), 2);
+  fixture::view_until({run, "--choose"}, [&] { return fs::exists(prepared); });
   EXPECT_TRUE(fs::exists(prepared));
+}
+
+// As after a motion of new particles was cancelled.
+TEST_F(View, WhereTheMotionIsOfOtherParticlesTheChoiceIsShown) {
+  fs::copy(folder / "run", folder / "reseeded", fs::copy_options::recursive);
+  const std::string run = (folder / "reseeded").string();
+  ASSERT_EQ(run_quietly({"seed", run, "--particles", "500"}), 0);
+  const fs::path prepared = folder / "reseeded/prepared_scene.bin";
+  fs::remove(prepared);
+  fixture::view_until({run}, [&] { return fs::exists(prepared); });
+  EXPECT_TRUE(fs::exists(prepared));
+}
+
+TEST_F(View, AnAddressThatCannotBeUsedIsRefusedBeforeAnythingIsDone) {
+  const fs::path out = folder / "early";
+  EXPECT_EQ(run_quietly({"view", (folder / "scene").string(), "--out", out.string(), "--host", "192.0.2.1"}), 2);
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST_F(View, WhoAllowsOthersButListensToItselfIsToldSo) {
+  std::string warned;
+  fixture::view_until(
+      {(folder / "run").string(), "--allow-remote"}, [] { return true; }, &warned);
+  EXPECT_NE(warned.find("add --host"), std::string::npos) << warned;
+  EXPECT_EQ(warned.find("anyone"), std::string::npos) << warned;
+}
+
+TEST_F(View, ClientsThatBeginTogetherKeepFilesOfTheirOwn) {
+  for (int round = 0; round < 5; ++round) {
+    std::vector<std::unique_ptr<LiveClient>> clients;
+    for (int k = 0; k < 4; ++k) clients.push_back(std::make_unique<LiveClient>(live_, recordings(), inbox_));
+    for (const auto& client : clients) client->receive(R"({"commands": [["set", 2, 0.2, 0, 0, -5]], "frames": 1})");
+    for (int k = 0; k < 4; ++k) inbox_->next();
+  }
+  size_t files = 0;
+  for (const auto& file : fs::directory_iterator(recordings())) {
+    EXPECT_NO_THROW(parse_recording(read_text(file.path()), live_->scene, file.path().string()));
+    ++files;
+  }
+  EXPECT_EQ(files, 20u);
+}
+
+TEST_F(View, WhatIsDoneIsKeptAlthoughNothingFollows) {
+  LiveClient client(live_, recordings(), inbox_);
+  const char* const kSet = R"({"commands": [["set", 2, 0.2, 0, 0, -5]], "frames": 1})";
+  client.receive(kSet);
+  client.receive(R"({"start": {}})");
+  client.receive(kSet);
+  const auto second = recordings() / "live_0002.json";
+  for (int k = 0; k < 40 && !fs::exists(second); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_TRUE(fs::exists(second));
+}
+
+// As many frames as there is time for, however often it is told to run.
+TEST_F(View, ToldAgainToRunItRunsNoFaster) {
+  LiveClient client(live_, recordings(), inbox_);
+  const auto begin = std::chrono::steady_clock::now();
+  for (int k = 0; k < 100; ++k) {
+    client.receive(R"({"run": true})");
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  client.receive(R"({"id": 9, "run": false})");
+  int frames = 0;
+  for (std::string message = inbox_->next(); message.substr(0, 4) == "PLNT"; message = inbox_->next()) ++frames;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_LE(frames, live_->setup.options.fps * seconds + 2);
+  EXPECT_GT(frames, 0);
+}
+
+TEST_F(View, ARecordingThatCannotBeKeptIsToldOnceAndElsewhereToo) {
+  write_text(folder / "blocked", "a file");
+  int warned = 0;
+  {
+    LiveClient client(live_, folder / "blocked/recordings", inbox_, [&](const std::string& text) {
+      EXPECT_NE(text.find("cannot be kept"), std::string::npos);
+      ++warned;
+    });
+    client.receive(R"({"id": 1, "commands": [["set", 2, 0.2, 0, 0, -5]], "frames": 1})");
+    EXPECT_EQ(meta_of(inbox_->next())["id"], 1);
+    const json said = json::parse(inbox_->next());
+    EXPECT_FALSE(said.contains("id"));
+    EXPECT_NE(said["error"].get<std::string>().find("cannot be kept"), std::string::npos);
+  }
+  EXPECT_EQ(warned, 1);
 }
 
 TEST_F(View, ThePageMayConnectToItsServerAndNothingElse) {

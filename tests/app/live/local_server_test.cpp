@@ -4,6 +4,7 @@
 #include "app/live/local_server.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -76,8 +77,10 @@ struct EchoClient : Client {
   EchoClient(std::shared_ptr<Connection> c, std::atomic<int>& n) : connection(std::move(c)), count(n) { ++count; }
   ~EchoClient() override { --count; }
   void receive(std::string text) override { connection->send_text("echo " + text); }
+  bool takes_more() const override { return !busy; }
   std::shared_ptr<Connection> connection;
   std::atomic<int>& count;
+  static inline std::atomic<bool> busy = false;
 };
 
 class LocalServerTest : public ::testing::Test {
@@ -323,6 +326,48 @@ TEST_F(LocalServerTest, WhoSendsTooFastWaits) {
   EXPECT_GT(seconds, 1) << "a burst of 100 is allowed, the rest takes 1.2 s";
 }
 
+// However long its client has no time: nothing is lost, and who answers pings is not taken for dead.
+TEST_F(LocalServerTest, WhoHasToWaitIsReadLaterAndNotCutOff) {
+  stop();
+  options_.idle_timeout = 0.8;
+  start();
+  Wire wire = opened();
+  EchoClient::busy = true;
+  std::string all;
+  for (int k = 0; k < 100; ++k) all += frame("m");
+  wire.send(all);
+  const auto echoes = [](const std::string& s) {
+    size_t count = 0;
+    for (size_t at = s.find("echo m"); at != std::string::npos; at = s.find("echo m", at + 1)) ++count;
+    return count;
+  };
+  std::string back = wire.receive(1.5, [](const std::string&) { return false; });
+  EXPECT_FALSE(wire.ended);
+  EXPECT_LT(echoes(back), 20u) << "one now and then";
+  EchoClient::busy = false;
+  back += wire.receive(3, [&](const std::string& s) { return echoes(s) + echoes(back) >= 100; });
+  EXPECT_EQ(echoes(back), 100u);
+}
+
+TEST_F(LocalServerTest, NoProgramThatIsStartedInheritsASocket) {
+  const auto inherited = [] {
+    int count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+      std::error_code error;
+      const int file = std::stoi(entry.path().filename().string());
+      if (std::filesystem::read_symlink(entry.path(), error).string().starts_with("socket:"))
+        count += (fcntl(file, F_GETFD) & FD_CLOEXEC) == 0;
+    }
+    return count;
+  };
+  const int before = inherited();
+  stop();
+  EXPECT_EQ(inherited(), before) << "not the one that listens";
+  start();
+  const Wire wire = opened();
+  EXPECT_EQ(inherited(), before + 1) << "that of the test";
+}
+
 TEST(LocalServer, OtherMachinesAreLetInOnRequestOnly) {
   const LocalServer::Handler none{[](std::string_view) { return nullptr; },
                                   [](std::shared_ptr<Connection>) { return std::unique_ptr<Client>(); }};
@@ -333,7 +378,9 @@ TEST(LocalServer, OtherMachinesAreLetInOnRequestOnly) {
   }
   options.host = "0.0.0.0";
   options.allow_remote = true;
-  EXPECT_GT(LocalServer(options, none).port(), 0);
+  EXPECT_TRUE(LocalServer(options, none).is_remote());
+  options.host = "127.0.0.1";
+  EXPECT_FALSE(LocalServer(options, none).is_remote()) << "whoever is allowed";
 }
 
 TEST(LocalServer, TheOptionThatCannotBeUsedIsTheOneThatIsNamed) {
