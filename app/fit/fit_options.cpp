@@ -25,6 +25,18 @@ double edge_of_cube(const FitScene& fit) {
   return kCubeSide * fit.drawn->metres_per_unit * double(box.size().maxCoeff());
 }
 
+/// A fit of Poisson's ratio would move the material that it is to start from.
+void check_poisson(const FitStage& stage, const Particles& particles) {
+  for (const float given : particles.poisson) {
+    const float nearest = std::clamp(given, float(kPoissonStart[0]), float(kPoissonStart[1]));
+    if (given != nearest)
+      throw usage_error("fit", stage.typed("fit-poisson"),
+                        fmt::format("fits values from {:g} to {:.3g}, but the material has {:g}", kPoissonStart[0],
+                                    kPoissonStart[1], given),
+                        "leave it out, or start from another " + stage.typed("poisson"));
+  }
+}
+
 /// What gradients compare.
 ClipTerms clip_terms(const Context& context, const RunDirectory& run, const CompareStage& stage, const FitScene& fit,
                      int first_step) {
@@ -66,7 +78,7 @@ std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory
 }
 
 MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,
-                                        const FitStage& stage, const FitScene& fit, const GradientFitState& done) {
+                                        const FitStage& stage, const FitScene& fit, int first_step) {
   MaterialFitOptions options;
   VibrationFitOptions& vibration = options.vibration;
   vibration.simulate.gravity = -9.81 * scene.up;
@@ -97,8 +109,9 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   options.gradient_window = *stage.compare.window;
   if (stage.released_code()) options.released_code = PhysDreamerCode{.edge = edge_of_cube(fit)};
   options.poisson = stage.compare.poisson;
+  if (options.poisson) check_poisson(stage, fit.body.particles);
   options.density = stage.compare.density;
-  options.clip = clip_terms(context, run, stage.compare, fit, static_cast<int>(done.rows.size()));
+  options.clip = clip_terms(context, run, stage.compare, fit, first_step);
   return options;
 }
 

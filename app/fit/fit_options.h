@@ -5,10 +5,10 @@
 
 namespace pliant {
 
-/// What a stage asks of the fit of `fit`, to its videos or, without any, to a guiding program, which goes on after
-/// `done`.
+/// What a stage asks of the fit of `fit`, to its videos or, without any, to a guiding program, whose first step is
+/// `first_step`.
 MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,
-                                        const FitStage& stage, const FitScene& fit, const GradientFitState& done);
+                                        const FitStage& stage, const FitScene& fit, int first_step);
 
 /// Starts the program of stage.compare.guide, which talks through fit/guide/.
 std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,

@@ -35,7 +35,7 @@ MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, dou
     out.young[s] =
         static_cast<float>(out.young[s] * (driver >= 0 ? fitted.young[driver] / before.young[driver] : rest_factor));
     if (driver < 0) continue;
-    out.poisson[s] = fitted.poisson[driver];
+    if (fitted.poisson[driver] != before.poisson[driver]) out.poisson[s] = fitted.poisson[driver];
     out.density[s] *= fitted.mass[driver] / before.mass[driver];
   }
   return out;

@@ -10,7 +10,7 @@
 namespace pliant {
 
 /// material.h5: each solid sample's E and density times its driving particle's factors, `fitted` against the body, and
-/// that particle's Poisson's ratio; samples that are held get `rest_factor`.
+/// that particle's Poisson's ratio where it was fitted; samples that are held get `rest_factor`.
 MaterialFile fitted_material(const FitScene& scene, const Particles& fitted, double rest_factor,
                              const std::string& source);
 /// How E(x) was found, for material.h5: by one factor, where a field was left.

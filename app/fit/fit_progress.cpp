@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/store/fit_checkpoint.h"
 #include "gaussians/base/error.h"
 
@@ -28,7 +30,9 @@ std::shared_ptr<FitCheckpoint> kept_checkpoint(const Context& context, const fs:
                                                const std::string& provenance) {
   auto checkpoint = std::make_shared<FitCheckpoint>();
   if (fs::exists(file)) {
-    const bool same = read_fit_checkpoint_provenance(file) == provenance;
+    nlohmann::json before = nlohmann::json::parse(read_fit_checkpoint_provenance(file), nullptr, false);
+    leave_out_video_path(before);
+    const bool same = before == nlohmann::json::parse(provenance);
     if (same) *checkpoint = read_fit_checkpoint(file);
     context.progress.say(same ? "fit: resuming " + place_of(*checkpoint)
                               : "fit: starting over; the interrupted fit had other options or inputs, or is from "

@@ -52,7 +52,8 @@ MotionScores spans_of(const FitScene& fit, const FittedMotion& motion, int last_
 /// Of one video; the names of pictures end in `suffix`.
 MotionScores compare_view(const FitScene& fit, const FitView& view, const FittedMotion& motion, int last_fitted,
                           const fs::path& folder, const std::string& suffix) {
-  const ImageF mask = motion_mask(view, static_cast<int>(view.video.frames.size()), kScoreGrow);
+  ImageF mask = motion_mask(view, static_cast<int>(view.video.frames.size()), kScoreGrow);
+  leave_out(mask, view, 0);  // which is held, and met by the scene at rest
   const ImageF& first = view.video.frames[0];
   MotionScores scores = spans_of(fit, motion, last_fitted);
   scores.rest = psnr_in(view.still, first, mask);

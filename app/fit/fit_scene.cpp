@@ -24,7 +24,7 @@ constexpr double kLeastForeground = 0.5;  // of what can move: less says that a 
 
 /// A video that no motion of the object can explain is refused; what is doubtful is said.
 void check(const Context& context, FitView& view, const std::string& file) {
-  const VideoChecks checks = check_video({}, view.video, view.still, view.mask);
+  const VideoChecks checks = check_video({}, view.video, view.still, view.mask, view.compared);
   require_usable(checks, file);
   for (const VideoFinding& finding : checks.findings) context.progress.warn(finding.sentence);
   if (checks.find(VideoProblem::kNotAtRest)) view.displaced = checks.displaced;
@@ -78,6 +78,7 @@ FitScene load_body(const FitInputs& in) {
   drawn.metres_per_unit = scene.metres_per_unit;
   drawn.drivers = fit.body.file.driving_position;
   drawn.render.antialiased = scene.report.antialiased;
+  drawn.render.background = scene.settings.background_color();
   drawn.binding = bind_object(scene, fit.body.file, object);
   drawn.object = object;
   drawn.background = background;
@@ -183,6 +184,12 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const F
   static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit);
   for (size_t i = 0; i < stage.further_videos(); ++i)
     fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, &fit.video));
+  const std::optional<Interaction> floor = floor_of(in.found, {}, in.scene);
+  if (floor && fit.pins.empty()) {
+    context.progress.say("fit: nothing holds the object: the plane of '" +
+                         in.found["contact"]["support"].get<std::string>() + "' is a floor, as in `simulate`");
+    fit.pins.push_back(*floor);
+  }
   fit.used = frames_until(stage, fit.video);
   for (const FitView& view : fit.further) fit.used = std::min(fit.used, static_cast<int>(view.video.frames.size()));
   fit.free_after = free_after(stage, fit.video, fit.used);
@@ -203,11 +210,15 @@ PointTracks follow_points(const Context& context, const FitScene& fit) {
   tracks.weight.resize(fit.used);
   int number = 0;
   for (const FitView* view : fit.views()) {
-    ReferenceVideo seen = view->video;
-    seen.frames.resize(fit.used);
     // Where the first frame does not show the object at rest, the rendered scene does.
     const bool displaced = view->displaced > 0;
-    if (displaced) seen.frames.insert(seen.frames.begin(), view->still);
+    std::vector<ImageF> with_rest;
+    std::span<const ImageF> seen = std::span(view->video.frames).first(fit.used);
+    if (displaced) {
+      with_rest = {view->still};
+      with_rest.insert(with_rest.end(), seen.begin(), seen.end());
+      seen = with_rest;
+    }
     PixelTracks followed = track_pixels({}, seen, view->pixel, view->mask);
     if (displaced) {
       followed.pixel.erase(followed.pixel.begin());
@@ -245,18 +256,21 @@ void leave_out(ImageF& mask, const FitView& view, int frame) {
 }
 
 ImageF motion_mask(const FitView& fit, int frames, int grow) {
-  cv::Mat mask(fit.moving.height, fit.moving.width, CV_8U, cv::Scalar(0));
+  cv::Mat mask(fit.moving.height, fit.moving.width, CV_8U, cv::Scalar(0)), unknown = mask.clone();
   const ImageF& first = fit.video.frames[0];
   for (int y = 0; y < mask.rows; ++y)
     for (int x = 0; x < mask.cols; ++x) {
-      float change = 0;
-      for (const ImageF& frame : std::span(fit.video.frames).first(frames))
-        for (int c = 0; c < 3; ++c) change = std::max(change, std::abs(frame(x, y, c) - first(x, y, c)));
+      float change = -1;  // in no frame yet
+      for (int f = std::min(1, frames - 1); f < frames && is_compared(fit, 0, x, y); ++f)
+        for (int c = 0; c < 3 && is_compared(fit, f, x, y); ++c)
+          change = std::max(change, std::abs(fit.video.frames[f](x, y, c) - first(x, y, c)));
       mask.at<uint8_t>(y, x) = change > 0.08f || fit.moving(x, y) > 0.5f;
+      unknown.at<uint8_t>(y, x) = change < 0;
     }
+  // What is narrow because something hides the rest of it stays.
   cv::Mat opened, grown;
-  cv::morphologyEx(mask, opened, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
-  cv::dilate(opened, grown, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * grow + 1, 2 * grow + 1}));
+  cv::morphologyEx(mask | unknown, opened, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
+  cv::dilate(opened & mask, grown, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * grow + 1, 2 * grow + 1}));
   ImageF out(mask.cols, mask.rows, 1);
   for (size_t i = 0; i < out.data.size(); ++i) out.data[i] = grown.data[i] ? 1.0f : 0.0f;
   return out;

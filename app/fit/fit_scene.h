@@ -30,8 +30,8 @@ struct FitScene : FitView {
   int used = 0;                  ///< frames that the fit may see; later ones judge it
   double free_after = -1;        ///< s after the first frame, from which on nothing pushes; negative: to be found
   StartMaterial start;
-  SimulatedBody body;  ///< with that material
-  std::vector<Interaction> pins;
+  SimulatedBody body;             ///< with that material
+  std::vector<Interaction> pins;  ///< or, where nothing holds the body, the floor that carries it
   std::shared_ptr<DrawnObject<float>> drawn;
 
   /// Each view, the first one first.
@@ -65,7 +65,7 @@ bool is_compared(const FitView& view, int frame, double x, double y);
 void leave_out(ImageF& mask, const FitView& view, int frame);
 
 /// [H, W, 1]: 1 where anything moves in some of the video's first `frames` frames, grown by `grow` pixels; see
-/// `moving`.
+/// `moving`.  Pixels that are not compared tell no motion.
 ImageF motion_mask(const FitView& view, int frames, int grow);
 
 }  // namespace pliant

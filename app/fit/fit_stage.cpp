@@ -49,8 +49,9 @@ json fit_to_video(const Context& context, const RunDirectory& run, const FitInpu
   const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, scene.metres_per_unit,
                                 kTrackOutlier);
   const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
-  const MaterialFitProgress kept = kept_progress(context, run, provenance);
-  const MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
+  const MaterialFitProgress kept = kept_progress(context, run, with_video(run, stage, provenance));
+  const MaterialFitOptions options =
+      material_fit_options(context, run, scene, stage, fit, static_cast<int>(kept.gradient.rows.size()));
   const auto fit_by_recipe = stage.physdreamer() ? fit_physdreamer : fit_material;
   const MaterialFit found_material =
       fit_by_recipe(options, fit.body.particles, fit.pins, tracks, fit.video.fps, say, kept);

@@ -64,6 +64,7 @@ struct FitStage {
   bool refine_camera = false;        ///< until the scene looks like the first frame
   GenerateStage generate;            ///< a program that makes the video instead
   CompareStage compare;
+  bool beside = false;                   ///< that of a further video, of which the scene file tells nothing
   double first = 0, last = 0;            ///< s of the file, the part that is used; last 0 = to its end
   std::optional<double> released_young;  ///< Pa in PhysDreamer's cube, E0 of the fields in its scene folder, which are
                                          ///< taken instead of a fit

@@ -6,6 +6,7 @@
 #include "app/fit/fit_options.h"
 #include "app/fit/fit_outcome.h"
 #include "app/fit/fit_progress.h"
+#include "app/fit/fit_video.h"
 #include "app/run/attach_scene.h"
 #include "app/store/trajectory.h"
 #include "fitting/fields/hexplane_field.h"
@@ -60,8 +61,8 @@ json fit_without_physics(const Context& context, const RunDirectory& run, const 
   const FitScene fit = load_fit_scene(context, run, in);
   const TrackLoss<float> tracks(follow_points(context, fit), fit.body.file.driving_position, in.scene.metres_per_unit,
                                 kTrackOutlier);
-  const MaterialFitProgress kept = kept_progress(context, run, provenance);
-  const ClipTerms terms = material_fit_options(context, run, in.scene, stage, fit, {}).clip;
+  const MaterialFitProgress kept = kept_progress(context, run, with_video(run, stage, provenance));
+  const ClipTerms terms = material_fit_options(context, run, in.scene, stage, fit, 0).clip;
   const ClipFrames frames{0, fit.used - 1, 0, 1, fit.video.fps};
   DeformationFitOptions options;
   options.iterations = *stage.compare.iterations;

@@ -33,36 +33,34 @@ Motion<float> pushed_motion(const SimulationPlan& plan, const FitScene& fit) {
   return motion;
 }
 
+RelaxingBranch branch_of(const Material& m, double factor) {
+  return {static_cast<float>(factor * m.branch_shear), static_cast<float>(factor * m.branch_lambda),
+          static_cast<float>(factor * m.branch_viscosity)};
+}
+
 /// The particles' own relaxing branches: that of the scene's law everywhere, else the usual one.
 void add_branches(const Material& law, Particles& particles) {
   std::vector<RelaxingBranch> branch;
   for (size_t i = 0; i < particles.size(); ++i)
-    branch.push_back(law.law == Law::kViscoelastic
-                         ? RelaxingBranch{static_cast<float>(law.branch_shear), static_cast<float>(law.branch_lambda),
-                                          static_cast<float>(law.branch_viscosity)}
-                         : usual_branch(particles.young[i], particles.poisson[i]));
+    branch.push_back(law.law == Law::kViscoelastic ? branch_of(particles.material(i), 1)
+                                                   : usual_branch(particles.young[i], particles.poisson[i]));
   give_branches(branch, law, particles);
 }
 
-/// The branches of each solid sample; those that are held get the mean.
-std::vector<RelaxingBranch> sample_branches(const Particles& particles, const std::vector<int>& driver) {
+/// The branches of each solid sample, those of thin parts as they really are; those that are held get the mean.
+std::vector<RelaxingBranch> sample_branches(const SimulatedBody& body, const Particles& particles) {
+  std::vector<RelaxingBranch> of_driver;
   RelaxingBranch mean;
   const float share = 1 / static_cast<float>(particles.size());
-  for (const Material& m : particles.materials) {
-    mean.shear += share * static_cast<float>(m.branch_shear);
-    mean.lambda += share * static_cast<float>(m.branch_lambda);
-    mean.viscosity += share * static_cast<float>(m.branch_viscosity);
+  for (size_t d = 0; d < particles.size(); ++d) {
+    const RelaxingBranch branch = branch_of(particles.material(d), 1 / thin_factors(body.drivers, d).stiffness);
+    mean.shear += share * branch.shear;
+    mean.lambda += share * branch.lambda;
+    mean.viscosity += share * branch.viscosity;
+    of_driver.push_back(branch);
   }
   std::vector<RelaxingBranch> out;
-  for (const int d : driver) {
-    if (d < 0) {
-      out.push_back(mean);
-      continue;
-    }
-    const Material& m = particles.material(d);
-    out.push_back({static_cast<float>(m.branch_shear), static_cast<float>(m.branch_lambda),
-                   static_cast<float>(m.branch_viscosity)});
-  }
+  for (const int d : body.file.solid_driver) out.push_back(d < 0 ? mean : of_driver[d]);
   return out;
 }
 
@@ -86,8 +84,9 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
       stage.recipe == "physics3d" ? DistilledFitOptions::physics3d() : DistilledFitOptions::dreamphysics();
   recipe.iterations = *compare.iterations;
   recipe.network = stage.field == "kan";
-  const int drawn = *compare.guide_frames * (stage.distilled() ? recipe.stages : 1);
-  FitScene fit = load_still_scene(in, unfilmed_camera(in.files.at("object"), scene, stage));
+  const int clips = stage.distilled() ? recipe.stages : 1;  // that an iteration asks about
+  const int drawn = *compare.guide_frames * clips;
+  FitScene fit = load_still_scene(in, unfilmed_camera(context, in.files.at("object"), scene, stage));
   if (stage.distilled() && recipe.branch) add_branches(fit.start.law, fit.body.particles);
   SimulateStage forces;
   forces.interactions = compare.load;
@@ -100,7 +99,8 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   const Motion<float> motion = pushed_motion(plan, fit);
 
   const MaterialFitProgress kept = kept_progress(context, run, provenance);
-  MaterialFitOptions options = material_fit_options(context, run, scene, stage, fit, kept.gradient);
+  MaterialFitOptions options =
+      material_fit_options(context, run, scene, stage, fit, clips * static_cast<int>(kept.gradient.rows.size()));
   options.clip.track_weight = 0;
   const auto say = [&](const std::string& line) { context.progress.say("fit: " + line); };
   const auto find = [&] {
@@ -123,9 +123,8 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   const double young = mean_young(fit.body.file, stored.young),
                damping_time = found.motion.options.simulate.damping_time;
   for (size_t s = 0; s < stored.young.size(); ++s)
-    if (fit.body.file.solid_driver[s] < 0) stored.young[s] = static_cast<float>(young);
-  if (stage.distilled() && recipe.branch)
-    stored.branch = sample_branches(found.motion.particles, fit.body.file.solid_driver);
+    if (fit.body.file.solid_driver[s] < 0) stored.young[s] *= static_cast<float>(young / fit.start.young);
+  if (stage.distilled() && recipe.branch) stored.branch = sample_branches(fit.body, found.motion.particles);
   write_material(run / in.outputs[0], stored, provenance);
   VibrationFit start;
   start.start = motion.start;

@@ -6,6 +6,7 @@
 #include "app/fit/start_material.h"
 #include "app/run/attach_scene.h"
 #include "app/run/physdreamer_scene.h"
+#include "app/simulate/moving_scene.h"
 #include "gaussians/base/error.h"
 #include "physics/laws/law.h"
 
@@ -20,7 +21,7 @@ void add_program(const std::string& option, const std::string& command, FitInput
 }
 
 void add_video(const Scene& scene, const FitStage& stage, FitInputs& in) {
-  in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kFolder});
+  in.parts.insert({ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kFolder});
   const bool named = !stage.videos.empty() || !stage.generate.command.empty();
   in.parts.insert(named ? ScenePart::kVideoCamera : ScenePart::kVideo);
   for (const auto& [role, file] : video_files(scene, stage)) in.files[role] = file;
@@ -78,11 +79,13 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
                       "add " + stage.typed("recipe") + " physdreamer, which fits by gradients alone");
   if (kind == FitKind::kVideo || kind == FitKind::kGuided || kind == FitKind::kKinematic) {
     in.files["object"] = run / (folder + "/object.ply");
-    in.files["background"] = run / "background_repaired.ply";
+    in.files["background"] = background_of(run);
   }
   switch (kind) {
     case FitKind::kVideo:
       add_video(scene, stage, in);
+      if (stage.recipe != "search" && run.summary("seed", "").value("pinned", nlohmann::json()).empty())
+        in.found.update(extracted(run, {"height", "contact"}));
       in.outputs.push_back("fit/side_by_side.mp4");
       break;
     case FitKind::kKinematic:
@@ -91,7 +94,7 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
       in.kept = {"fit"};
       break;
     case FitKind::kGuided:
-      in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kVideoCamera});
+      in.parts.insert({ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kVideoCamera});
       if (!stage.part_labels.empty()) in.parts.insert(ScenePart::kSplats);
       in.found.update(extracted(run, {"height", "contact"}));
       in.outputs.push_back("fit/guided.mp4");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/run/attach_scene.h"
 #include "app/run/physdreamer_scene.h"
@@ -22,7 +23,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kGeneratedFps = 24;
+constexpr int kMostPixels = 1600;  // of the longer side, before a camera that is to be found
 const char* const kFind = "find";
+const char* const kGenerated = "fit/generated";
 
 const Camera& camera_named(const std::vector<Camera>& cameras, const std::string& name, const std::string& where) {
   for (const Camera& camera : cameras)
@@ -34,8 +37,10 @@ const Camera& camera_named(const std::vector<Camera>& cameras, const std::string
 }
 
 /// The camera of a pose file that has one, or the one of that name.
-Camera camera_of_pose_file(const FitStage& stage) {
-  const std::vector<Camera> cameras = read_cameras(stage.pose).cameras;
+Camera camera_of_pose_file(const Context& context, const FitStage& stage) {
+  const CameraFile file = read_cameras(stage.pose, {}, PhotoFit::kView);
+  for (const std::string& warning : file.warnings) context.progress.warn(warning);
+  const std::vector<Camera>& cameras = file.cameras;
   if (cameras.empty())
     throw input_error(stage.pose, "", "has no camera",
                       "give a transforms.json, cameras.json or COLMAP model with the video's camera");
@@ -49,6 +54,7 @@ Camera camera_of_pose_file(const FitStage& stage) {
 RenderOptions rendering_of(const Scene& scene) {
   RenderOptions rendering;
   rendering.antialiased = scene.report.antialiased;
+  rendering.background = scene.settings.background_color();
   return rendering;
 }
 
@@ -65,7 +71,7 @@ struct NamedVideo {
 std::string known_camera(const Scene& scene, const FitStage& stage) {
   if (stage.camera() == kFind) return "";
   if (!stage.camera().empty()) return stage.camera();
-  return scene.settings.video ? scene.settings.video->camera : "";
+  return scene.settings.video && !stage.beside ? scene.settings.video->camera : "";
 }
 
 NamedVideo named_video(const Scene& scene, const FitStage& stage) {
@@ -124,6 +130,13 @@ ImageF first_picture(const fs::path& file, double folder_fps) {
   return first->picture;
 }
 
+/// Of the longer side of a video whose camera is to be found: what the scene is drawn with shows no more.
+int most_pixels(const Scene& scene) {
+  int most = 0;
+  for (const Camera& camera : scene.cameras) most = std::max({most, camera.width, camera.height});
+  return std::min(most, kMostPixels);
+}
+
 Camera find_in_scene(const Context& context, const RunDirectory& run, const Scene& scene, const fs::path& file,
                      const ImageF& first) {
   context.progress.say(
@@ -152,7 +165,7 @@ ReferenceVideo tell_lens(const Context& context, ReferenceVideo video) {
 
 ReferenceVideo generate(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage) {
   const Scene& scene = in.scene;
-  const Camera camera = unfilmed_camera(in.files.at("object"), scene, stage);
+  const Camera camera = unfilmed_camera(context, in.files.at("object"), scene, stage);
   GenerateOptions options;
   options.command = stage.generate.command;
   options.prompt = stage.generate.prompt;
@@ -160,9 +173,12 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const F
   options.fps = stage.fps > 0 ? stage.fps : kGeneratedFps;
   options.seed = context.seed;
   options.interrupted = context.interrupted;
-  context.progress.say(
-      fmt::format("fit: `{}` generates {} frames from camera '{}'", options.command, options.frames, camera.name));
-  return generate_video(options, render(scene.cloud, camera, rendering_of(scene)).color, camera, run / "fit/generated");
+  options.made_for = record_of(key_of(in), context.seed).dump();
+  const fs::path folder = run / kGenerated;
+  context.progress.say(fmt::format("fit: `{}` {} {} frames from camera '{}'", options.command,
+                                   has_generated(options, folder) ? "has generated" : "generates", options.frames,
+                                   camera.name));
+  return generate_video(options, render(scene.cloud, camera, rendering_of(scene)).color, camera, folder);
 }
 
 ReferenceVideo load_video(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage,
@@ -189,7 +205,7 @@ ReferenceVideo load_video(const Context& context, const RunDirectory& run, const
   }
   Camera camera;
   if (!stage.pose.empty())
-    camera = camera_of_pose_file(stage);
+    camera = camera_of_pose_file(context, stage);
   else if (!name.empty())
     camera = camera_named(scene.cameras, name, "the scene");
   const auto lenses = in.files.find("lenses");
@@ -201,13 +217,14 @@ ReferenceVideo load_video(const Context& context, const RunDirectory& run, const
   }
   if (camera.width > 0 && !stage.refine_camera) return tell_lens(context, load_reference_video(options, file, camera));
 
-  // The first frame in its own size says where its camera is.
+  // The first frame says where its camera is.
   Camera any = camera;
   if (any.width == 0) {
     const ImageF first = first_picture(file, options.declared_fps);
     any.name = "video";
-    any.width = first.width;
-    any.height = first.height;
+    const double scale = std::min(1.0, most_pixels(scene) / static_cast<double>(std::max(first.width, first.height)));
+    any.width = std::max(1, static_cast<int>(std::lround(scale * first.width)));
+    any.height = std::max(1, static_cast<int>(std::lround(scale * first.height)));
   }
   ReferenceVideo video = load_reference_video(options, file, any);
   if (camera.width == 0) {
@@ -234,6 +251,7 @@ FitStage further_video(const FitStage& stage, size_t i) {
     all = k < all.size() ? std::vector<std::string>{all[k]} : std::vector<std::string>{};
   };
   FitStage one = stage;
+  one.beside = true;
   one.generate = {};
   one.pose.clear();
   only(one.videos);
@@ -242,9 +260,9 @@ FitStage further_video(const FitStage& stage, size_t i) {
   return one;
 }
 
-Camera unfilmed_camera(const fs::path& object, const Scene& scene, const FitStage& stage) {
+Camera unfilmed_camera(const Context& context, const fs::path& object, const Scene& scene, const FitStage& stage) {
   const std::string name = known_camera(scene, stage);
-  if (!stage.pose.empty()) return camera_of_pose_file(stage);
+  if (!stage.pose.empty()) return camera_of_pose_file(context, stage);
   if (!name.empty()) return camera_named(scene.cameras, name, "the scene");
   return clip_camera(scene, "", robust_bounds(read_ply(object)));
 }
@@ -295,6 +313,13 @@ bool knows_cameras(const Scene& scene, const FitStage& stage) {
   for (size_t i = 0; i < stage.further_videos(); ++i)
     known = known && !named_video(scene, further_video(stage, i)).camera.empty();
   return known;
+}
+
+std::string with_video(const RunDirectory& run, const FitStage& stage, const std::string& provenance) {
+  if (stage.generate.command.empty()) return provenance;
+  nlohmann::json with = nlohmann::json::parse(provenance);
+  with["inputs"]["video"] = hash_of_input(run / kGenerated / "frames");
+  return with.dump();
 }
 
 std::string video_name(const Scene& scene, const FitStage& stage) {

@@ -9,10 +9,10 @@ namespace pliant {
 
 /// The video that a fit explains and the camera that took it: one of the scene's, one of a pose file, or, when none is
 /// named, the one that its first frame shows (fit/transforms.json keeps what was found).  With stage.generate, a
-/// program makes the video from the scene as the camera sees it.  Throws Error{kUsage} for names that are not there,
-/// Error{kInput} for files that cannot be used and for a first frame that shows something else.
-/// `stage` is that of the inputs, or of a further video of theirs, whose frames are of the same instants as those of
-/// the one `beside` it.
+/// program makes the video from the scene as the camera sees it, or has made it for the same inputs, in fit/generated/.
+/// Throws Error{kUsage} for names that are not there, Error{kInput} for files that cannot be used and for a first frame
+/// that shows something else. `stage` is that of the inputs, or of a further video of theirs, whose frames are of the
+/// same instants as those of the one `beside` it.
 ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
                               const FitStage& stage, const ReferenceVideo* beside = nullptr);
 
@@ -36,7 +36,8 @@ ImageF load_object_mask(const Scene& scene, const Camera& camera);
 FitStage further_video(const FitStage& stage, size_t i);
 
 /// The camera of a video that does not exist yet: the one that is named, else one that sees the object well.
-Camera unfilmed_camera(const std::filesystem::path& object, const Scene& scene, const FitStage& stage);
+Camera unfilmed_camera(const Context& context, const std::filesystem::path& object, const Scene& scene,
+                       const FitStage& stage);
 
 /// Whether there is a video, or a program that makes one.
 bool has_video(const Scene& scene, const FitStage& stage);
@@ -51,6 +52,9 @@ nlohmann::json video_records(const Scene& scene, const FitStage& stage);
 
 /// Whether it is told which cameras took the videos.
 bool knows_cameras(const Scene& scene, const FitStage& stage);
+
+/// `provenance` with a video that a program has made for it, by its frames.
+std::string with_video(const RunDirectory& run, const FitStage& stage, const std::string& provenance);
 
 /// How messages name it.
 std::string video_name(const Scene& scene, const FitStage& stage);

@@ -115,6 +115,7 @@ Masks load_masks(const FitStage& stage, const ReferenceVideo& video) {
   options.fps = video.fps;
   options.lens = video.lens;
   options.resampling = Resampling::kNearest;
+  options.brightest = true;
   std::error_code ignored;
   return fs::is_directory(file, ignored) ? masks_of_folder(stage, video, options)
                                          : masks_of_video(stage, video, options);

@@ -171,7 +171,7 @@ Motion<float> with_fields(const Motion<float>& motion, const GradientFitFields& 
   if (fields.poisson) {
     const std::vector<double> odds = fields.poisson->values(at.poisson);
     for (size_t i = 0; i < odds.size(); ++i) {
-      const double nu = std::clamp<double>(out.particles.poisson[i], 0.01, 0.98 * kMostPoisson);
+      const double nu = std::clamp<double>(out.particles.poisson[i], kPoissonStart[0], kPoissonStart[1]);
       const double share = nu / (nu + (kMostPoisson - nu) * std::exp(-odds[i]));
       out.particles.poisson[i] = static_cast<float>(kMostPoisson * share);
     }

@@ -57,7 +57,8 @@ struct GradientFitState {
   bool finished = false;
 };
 
-constexpr double kMostPoisson = 0.49;  ///< that a fit of Poisson's ratio stays below; it also stays above 0
+constexpr double kMostPoisson = 0.49;  ///< that a fit of Poisson's ratio stays below; it also stays above 0 ...
+constexpr double kPoissonStart[2] = {0.01, 0.98 * kMostPoisson};  ///< ... and starts within
 
 /// E = E0 + step f, kept between bounds, all in Pa, as in PhysDreamer's released code.
 struct AddedYoung {

@@ -10,9 +10,11 @@ GuidanceResult GuidanceLoss::ask(std::span<const SimulationState> frames) const 
     pictures.push_back(picture_of(*object_, camera_, frames[f]));
     for (float& value : pictures.back().data) value = std::clamp(value, 0.0f, 1.0f);
   }
-  GuidanceResult result = guide_->evaluate(pictures, frames_.fps);
+  const int step = guide_->next_step();
+  GuidanceResult result = guide_->evaluate(pictures, frames_.fps, step);
   if (!frames_.against_still) return result;
-  const GuidanceResult still = guide_->evaluate(std::vector<ImageF>(pictures.size(), pictures.front()), frames_.fps);
+  const GuidanceResult still =
+      guide_->evaluate(std::vector<ImageF>(pictures.size(), pictures.front()), frames_.fps, step);
   result.loss -= still.loss;
   for (size_t k = 0; k < pictures.size(); ++k)
     for (size_t i = 0; i < result.gradient[k].data.size(); ++i) result.gradient[k].data[i] -= still.gradient[k].data[i];

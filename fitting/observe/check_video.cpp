@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
-#include "fitting/observe/object_flow.h"
+#include "fitting/observe/hidden_pixels.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/base/quantile.h"
@@ -24,20 +22,18 @@ constexpr double kLeap = 1.7;    // of the change before and after: frames are m
 constexpr int kLongestJump = 2;  // frames: a longer series of jumps is a camera in motion
 constexpr double kNoiseFactor = 3;
 
-ImageU8 dilated(const ImageU8& mask, int radius) {
+ImageU8 inverted(const ImageU8& mask) {
   ImageU8 out(mask.width, mask.height, 1);
-  const cv::Mat from(mask.height, mask.width, CV_8UC1, const_cast<uint8_t*>(mask.data.data()));
-  cv::Mat to(mask.height, mask.width, CV_8UC1, out.data.data());
-  cv::dilate(from, to, cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * radius + 1, 2 * radius + 1)));
+  for (size_t i = 0; i < out.data.size(); ++i) out.data[i] = mask.data[i] == 0;
   return out;
 }
 
-/// Mean absolute difference of colours where `mask` is (or is not) 0.
-double mean_difference(const ImageF& a, const ImageF& b, const ImageU8& mask, bool inside) {
+/// Mean absolute difference of colours where `ignored` is 0.
+double mean_difference(const ImageF& a, const ImageF& b, const ImageU8& ignored) {
   double sum = 0;
   size_t n = 0;
   for (size_t i = 0; i < a.pixels(); ++i) {
-    if ((mask.data[i] != 0) != inside) continue;
+    if (ignored.data[i] != 0) continue;
     for (int c = 0; c < 3; ++c) sum += std::abs(a.data[3 * i + c] - b.data[3 * i + c]);
     n += 3;
   }
@@ -58,12 +54,14 @@ double mean_colour(const ImageF& picture, const ImageU8& ignored) {
 
 class Checker {
  public:
-  Checker(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture, const ImageU8& object)
+  Checker(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture, const ImageU8& object,
+          std::span<const ImageU8> compared)
       : options_(options),
         video_(video),
         picture_(picture),
         object_(object),
-        surroundings_(dilated(object, std::max(2, static_cast<int>(kMargin * picture.width)))) {}
+        surroundings_(dilated(object, std::max(2, static_cast<int>(kMargin * picture.width)))),
+        hidden_(compared, surroundings_) {}
 
   VideoChecks run() {
     check_view();
@@ -84,7 +82,8 @@ class Checker {
 
   void check_view() {
     const double width = picture_.width;
-    checks_.match = match_pictures(picture_, video_.frames[0]);
+    const ImageU8 none(picture_.width, picture_.height, 1);
+    checks_.match = match_pictures(picture_, hidden_.filled(video_.frames[0], 0, picture_), hidden_.beside(none, 0, 0));
     const auto& [score, shift] = checks_.match;
     const std::string& camera = video_.camera.name;
     if (score < options_.least_score) {
@@ -129,11 +128,14 @@ class Checker {
     const int frames = static_cast<int>(video_.frames.size());
     std::vector<double> score(frames, 1), change(frames, 0);
     std::vector<float> moved(frames, 0);
+    const ImageU8 elsewhere = inverted(surroundings_);
     parallel_for(frames - 1, [&](std::ptrdiff_t k) {
       const ImageF &a = video_.frames[k], &b = video_.frames[k + 1];
-      score[k + 1] = match_score(a, b, surroundings_);
-      change[k + 1] = mean_difference(a, b, surroundings_, false);
-      moved[k + 1] = static_cast<float>(mean_difference(a, b, surroundings_, true));
+      const int t = static_cast<int>(k);
+      const ImageU8 ignored = hidden_.beside(surroundings_, t, t + 1);
+      score[k + 1] = match_score(a, b, ignored);
+      change[k + 1] = mean_difference(a, b, ignored);
+      moved[k + 1] = static_cast<float>(mean_difference(a, b, hidden_.beside(elsewhere, t, t + 1)));
     });
     const auto jump = [&](int t) {
       return t < frames && score[t] < options_.least_continuity && change[t] > options_.least_change;
@@ -156,10 +158,12 @@ class Checker {
       t = end;
     }
 
-    const double first = mean_colour(video_.frames[0], surroundings_);
     int worst = 0;
-    for (int t = 1; t < frames && first > 0; ++t) {
-      const double light = std::abs(mean_colour(video_.frames[t], surroundings_) / first - 1);
+    for (int t = 1; t < frames; ++t) {
+      const ImageU8 ignored = hidden_.beside(surroundings_, 0, t);
+      const double first = mean_colour(video_.frames[0], ignored);
+      if (!(first > 0)) continue;
+      const double light = std::abs(mean_colour(video_.frames[t], ignored) / first - 1);
       if (light > checks_.light) {
         checks_.light = light;
         worst = t;
@@ -219,19 +223,33 @@ class Checker {
     }
   }
 
+  std::vector<ImageF> flows_of(const std::vector<std::pair<int, int>>& pairs) const {
+    if (!hidden_.any()) return dense_flows(video_.frames, pairs);
+    std::vector<ImageF> flows;
+    for (const auto& [from, to] : pairs) {
+      const ImageF &a = video_.frames[from], &b = video_.frames[to];
+      std::vector<ImageF> both = {hidden_.filled(a, from, b)};
+      both.push_back(hidden_.filled(b, to, both[0]));
+      flows.push_back(dense_flows(both, std::vector<std::pair<int, int>>{{0, 1}})[0]);
+    }
+    return flows;
+  }
+
   /// Drift of the background and motion of the object, from the flow between the first frame and others.
   void check_motion() {
     const int frames = static_cast<int>(video_.frames.size()), compared = std::min(frames - 1, options_.flow_frames);
     std::vector<std::pair<int, int>> pairs;
     for (int k = 1; k <= compared; ++k)
       pairs.push_back({0, static_cast<int>(std::lround(static_cast<double>(k) * (frames - 1) / compared))});
-    const std::vector<ImageF> flows = dense_flows(video_.frames, pairs);
+    const std::vector<ImageF> flows = flows_of(pairs);
     const ImageF contrast = local_contrast(video_.frames[0]);
     int drift_frame = 0, motion_frame = 0;
     size_t background = 0;
+    bool always_seen = true;
     for (size_t k = 0; k < flows.size(); ++k) {
-      const ObjectFlow flow = object_flow(flows[k], contrast, object_, surroundings_);
-      background = flow.pixels;
+      const ObjectFlow flow = hidden_.seen_flow(flows[k], contrast, object_, surroundings_, 0, pairs[k].second);
+      background = std::max(background, flow.pixels);
+      always_seen = always_seen && (!hidden_.any() || hidden_.seen(pairs[k].second, surroundings_) > 0);
       checks_.noise = std::max(checks_.noise, flow.noise);
       if (flow.background > checks_.drift) {
         checks_.drift = flow.background;
@@ -252,7 +270,7 @@ class Checker {
                         checks_.drift, drift_frame, seconds(drift_frame)));
     }
     const double least = std::max(options_.least_motion, kNoiseFactor * checks_.noise);
-    if (checks_.motion < least && !jumped_ && turned_ < 0) {
+    if (checks_.motion < least && always_seen && !jumped_ && turned_ < 0) {
       found(VideoProblem::kStatic, true, checks_.motion, least, motion_frame,
             fmt::format(
                 "The object does not move: {:.2f} px at most, where {:.2f} px are above the noise.  A static object "
@@ -264,9 +282,10 @@ class Checker {
 
   /// Where the object is in the first frame, against where it is at rest.
   void check_rest() {
-    const std::vector<ImageF> both = {picture_, video_.frames[0]};
+    const std::vector<ImageF> both = {picture_, hidden_.filled(video_.frames[0], 0, picture_)};
     const std::vector<std::pair<int, int>> pair = {{0, 1}};
-    const ObjectFlow flow = object_flow(dense_flows(both, pair)[0], local_contrast(picture_), object_, surroundings_);
+    const ObjectFlow flow =
+        hidden_.seen_flow(dense_flows(both, pair)[0], local_contrast(picture_), object_, surroundings_, 0, 0);
     checks_.displaced = flow.object;
     const double limit = std::max(
         {options_.noted_shift * picture_.width, kNoiseFactor * flow.noise, options_.most_displaced * checks_.motion});
@@ -285,6 +304,7 @@ class Checker {
   const ImageF& picture_;
   const ImageU8& object_;
   const ImageU8 surroundings_;
+  const HiddenPixels hidden_;
   bool jumped_ = false;
   int turned_ = -1;
   VideoChecks checks_;
@@ -299,12 +319,13 @@ const VideoFinding* VideoChecks::find(VideoProblem problem) const {
 }
 
 VideoChecks check_video(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture,
-                        const ImageU8& object) {
+                        const ImageU8& object, std::span<const ImageU8> compared) {
   CHECK(video.frames.size() >= 2 && video.fps > 0);
   const ImageF& first = video.frames[0];
   CHECK(picture.width == first.width && picture.height == first.height && picture.channels == 3);
   CHECK(object.width == first.width && object.height == first.height && object.channels == 1);
-  return Checker(options, video, picture, object).run();
+  CHECK(compared.size() <= 1 || compared.size() == video.frames.size());
+  return Checker(options, video, picture, object, compared).run();
 }
 
 void require_usable(const VideoChecks& checks, const std::string& file) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -63,11 +64,11 @@ struct VideoChecks {
 };
 
 /// Looks whether a video can be explained by motion of the object before a camera that stands still.  `picture` [H, W,
-/// 3] is the scene rendered from video.camera, `object` [H, W, 1] marks the object in it.  Thresholds: on the demo
-/// scene the right camera scores 0.76 with a shift of 0.2 % of the width, the 39 others at most 0.11 with 2.4 % or
-/// more.
+/// 3] is the scene rendered from video.camera, `object` [H, W, 1] marks the object in it.  `compared` ([T], [1] or none
+/// of [H, W, 1]) is 0 where something hides the scene; see HiddenPixels.  Thresholds: on the demo scene the right
+/// camera scores 0.76 with a shift of 0.2 % of the width, the 39 others at most 0.11 with 2.4 % or more.
 VideoChecks check_video(const VideoCheckOptions& options, const ReferenceVideo& video, const ImageF& picture,
-                        const ImageU8& object);
+                        const ImageU8& object, std::span<const ImageU8> compared = {});
 
 /// Throws Error{kInput} with all sentences that refuse, naming `file`.
 void require_usable(const VideoChecks& checks, const std::string& file);

@@ -33,7 +33,7 @@ double nearest_common(double rate) {
   return nearest;
 }
 
-/// The rate of steps that are even but for gaps; `otherwise` where there are no gaps or no even steps.
+/// The rate of steps that are even but for gaps; `otherwise` where they are not, or as good.
 double rate_between_gaps(std::span<const double> stamps, double grain, double otherwise) {
   std::vector<double> steps;
   for (size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
@@ -49,7 +49,7 @@ double rate_between_gaps(std::span<const double> stamps, double grain, double ot
     ++even;
     even_time += step;
   }
-  if (gaps == 0 || 2 * even < steps.size()) return otherwise;
+  if (gaps == 0 ? even < steps.size() : 2 * even < steps.size()) return otherwise;
   const double rate = static_cast<double>(even) / even_time;
   // Each run of even steps begins and ends at a rounded instant.
   const double error =

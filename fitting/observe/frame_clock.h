@@ -15,8 +15,8 @@ struct FrameClock {
 };
 
 /// `stamps`: s from the first frame, growing; `file_rate`: what the file tells, which is the average rate in many
-/// formats.  That is the rate unless frames are missing among even steps: then it is one over the even step, at the
-/// nearest common rate within the rounding of the stamps.
+/// formats.  That is the rate of uneven steps.  Of steps that are even, but for missing frames, it is one over the
+/// step: what the file tells or else the nearest common rate, if within the rounding of the stamps.
 FrameClock clock_of(std::span<const double> stamps, double file_rate);
 
 }  // namespace pliant

@@ -6,9 +6,6 @@
 
 namespace pliant {
 
-/// Whether a comes before b when runs of digits are compared as numbers.
-bool number_order(const std::string& a, const std::string& b);
-
 /// Which frames of a video some pictures are.
 struct FrameNumbers {
   std::vector<long long> frame;  ///< [N] growing from 0

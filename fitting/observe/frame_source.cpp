@@ -6,9 +6,11 @@
 #include "fitting/observe/frame_clock.h"
 #include "fitting/observe/frame_numbers.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/number_order.h"
 #include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/video_color.h"
 
 namespace fs = std::filesystem;
 
@@ -30,6 +32,7 @@ class VideoFile : public FrameSource {
     }
     const double count = capture_->get(cv::CAP_PROP_FRAME_COUNT);
     frames_ = count > 0 && count < 1e8 ? static_cast<int>(count) : 0;
+    color_ = color_correction(file);
   }
 
   std::optional<TimedFrame> next() override {
@@ -48,6 +51,7 @@ class VideoFile : public FrameSource {
       for (int x = 0; x < bgr.cols; ++x)
         for (int c = 0; c < 3; ++c) out[3 * x + c] = static_cast<float>(row[3 * x + 2 - c]) * (1.0f / 255);
     }
+    if (color_) correct_colors(*color_, frame.picture);
     const double stamp = capture_->get(cv::CAP_PROP_POS_MSEC) / 1000;
     if (read_ == 0) first_stamp_ = stamp;
     // Time stamps that do not grow, as of the last frames in some files, are none: then the rate tells the instant.
@@ -61,6 +65,13 @@ class VideoFile : public FrameSource {
   }
   double fps() override { return clock().rate; }
   int frames() const override { return frames_; }
+  std::string doubt() const override {
+    if (!color_ || !color_->guessed) return "";
+    return file_.string() +
+           " does not say how its colors are coded, and is read as BT.709, as players show HD video; if its colors are "
+           "off, say it in the file: `ffmpeg -i F -c copy -bsf:v h264_metadata=matrix_coefficients=6 out.mp4` for "
+           "BT.601";
+  }
 
  private:
   /// Reads the time stamps of the file when they are first needed: a first frame alone has none to compare.
@@ -86,6 +97,7 @@ class VideoFile : public FrameSource {
   fs::path file_;
   std::unique_ptr<cv::VideoCapture> capture_;
   std::optional<FrameClock> clock_;
+  std::optional<ColorCorrection> color_;
   double first_stamp_ = 0, last_ = 0;
   int frames_ = 0, read_ = 0;
 };

@@ -7,6 +7,7 @@
 #include "fitting/observe/child_process.h"
 #include "fitting/observe/frame_source.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/image_io.h"
 
@@ -27,19 +28,16 @@ json json_of(const Camera& camera) {
           {"fy", camera.fy},     {"cx", camera.cx},       {"cy", camera.cy},         {"cam_from_world", rows}};
 }
 
-}  // namespace
+fs::path frame_file(const fs::path& folder, int frame) { return folder / "frames" / fmt::format("{:04}.png", frame); }
 
-ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& first, const Camera& camera,
-                              const fs::path& folder) {
-  if (options.frames < 2 || !(options.fps > 0)) {
-    throw usage_error("--video-model-cmd", options.frames < 2 ? "frames" : "fps",
-                      fmt::format("is {}", options.frames < 2 ? options.frames : options.fps),
-                      "ask for at least two frames at a positive rate");
-  }
-  CHECK(first.width == camera.width && first.height == camera.height && first.channels == 3);
-  const fs::path frames = folder / "frames";
-  fs::remove_all(frames);
-  fs::create_directories(frames);
+constexpr const char* kMadeFor = "made_for.json";  // written once all frames are there
+
+/// Returns the end of what it printed.
+std::string run_program(const GenerateOptions& options, const ImageF& first, const Camera& camera,
+                        const fs::path& folder) {
+  fs::remove(folder / kMadeFor);
+  fs::remove_all(folder / "frames");
+  fs::create_directories(folder / "frames");
   write_image(folder / "first.png", first);
   write_json(folder / "camera.json", json_of(camera));
   write_json(folder / "request.json", {{"protocol", 1},
@@ -69,19 +67,23 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
   if (*code != 0)
     throw input_error(options.command, "", fmt::format("ended with exit code {}{}", *code, process.last_words()),
                       "see " + (folder / "log.txt").string());
+  return process.last_words();
+}
 
+ReferenceVideo read_frames(const GenerateOptions& options, const Camera& camera, const fs::path& folder,
+                           const std::string& last_words) {
+  const fs::path frames = folder / "frames";
   ReferenceVideo video;
   video.camera = camera;
   video.fps = video.source_fps = options.fps;
   video.frames_in_file = options.frames;
   for (int f = 0; f < options.frames; ++f) {
-    const fs::path file = frames / fmt::format("{:04}.png", f);
+    const fs::path file = frame_file(folder, f);
     if (!fs::exists(file)) {
-      throw input_error(
-          options.command, file.filename().string(),
-          fmt::format("is missing: {} of {} frames were requested and {} images are in {}{}", f + 1, options.frames,
-                      pictures_in_order(frames).size(), frames.string(), process.last_words()),
-          "it must write frames/0000.png and so on, as request.json says");
+      throw input_error(options.command, file.filename().string(),
+                        fmt::format("is missing: {} of {} frames were requested and {} images are in {}{}", f + 1,
+                                    options.frames, pictures_in_order(frames).size(), frames.string(), last_words),
+                        "it must write frames/0000.png and so on, as request.json says");
     }
     ImageF picture = read_image(file);
     if (picture.width != camera.width || picture.height != camera.height) {
@@ -96,6 +98,30 @@ ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& firs
   if (written > static_cast<size_t>(options.frames))
     video.warnings.push_back(fmt::format("`{}` wrote {} frames, {} were requested: the rest are ignored",
                                          options.command, written, options.frames));
+  return video;
+}
+
+}  // namespace
+
+bool has_generated(const GenerateOptions& options, const fs::path& folder) {
+  if (options.made_for.empty() || !fs::exists(folder / kMadeFor)) return false;
+  for (int f = 0; f < options.frames; ++f)
+    if (!fs::exists(frame_file(folder, f))) return false;
+  return read_text(folder / kMadeFor) == options.made_for;
+}
+
+ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& first, const Camera& camera,
+                              const fs::path& folder) {
+  if (options.frames < 2 || !(options.fps > 0)) {
+    throw usage_error("--video-model-cmd", options.frames < 2 ? "frames" : "fps",
+                      fmt::format("is {}", options.frames < 2 ? options.frames : options.fps),
+                      "ask for at least two frames at a positive rate");
+  }
+  CHECK(first.width == camera.width && first.height == camera.height && first.channels == 3);
+  if (has_generated(options, folder)) return read_frames(options, camera, folder, "");
+  const std::string last_words = run_program(options, first, camera, folder);
+  ReferenceVideo video = read_frames(options, camera, folder, last_words);
+  if (!options.made_for.empty()) write_text(folder / kMadeFor, options.made_for);
   return video;
 }
 

@@ -23,12 +23,16 @@ struct GenerateOptions {
   uint64_t seed = 0;
   std::string prompt;
   double time_limit = 3600;           ///< s
+  std::string made_for;               ///< all that decides what the program makes; empty = not known
   std::function<bool()> interrupted;  ///< see ChildOptions
 };
 
+/// Whether `folder` has all frames that a program made for the same `made_for`.
+bool has_generated(const GenerateOptions& options, const std::filesystem::path& folder);
+
 /// Runs the program in `folder` (made when missing; frames of an earlier run are removed) on `first` [H, W, 3], the
-/// scene seen from `camera`.  Throws Error{kInput} when it fails, takes too long, or leaves frames out or of another
-/// size.
+/// scene seen from `camera`; where has_generated, its frames are read again instead.  Throws Error{kInput} when it
+/// fails, takes too long, or leaves frames out or of another size.
 ReferenceVideo generate_video(const GenerateOptions& options, const ImageF& first, const Camera& camera,
                               const std::filesystem::path& folder);
 

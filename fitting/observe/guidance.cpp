@@ -91,10 +91,12 @@ Guidance::~Guidance() {
 
 const std::string& Guidance::name() const { return state_->name; }
 
-GuidanceResult Guidance::evaluate(std::span<const ImageF> frames, double fps) {
+int Guidance::next_step() { return state_->step++; }
+
+GuidanceResult Guidance::evaluate(std::span<const ImageF> frames, double fps, int step) {
   State& s = *state_;
   CHECK(!frames.empty());
-  const int width = frames[0].width, height = frames[0].height, step = s.step++;
+  const int width = frames[0].width, height = frames[0].height;
   const fs::path gradient_file = s.folder / "gradient.f32";
   fs::remove(gradient_file);
   {

@@ -19,7 +19,8 @@ namespace pliant {
 //   it, each step:   {"step": n, "loss": x}   or   {"step": n, "error": "..."}
 //   we, at the end:  {"quit": 1}, and standard input ends
 // frames.f32 holds T x H x W x 3 floats (32 bit, little-endian, RGB in [0, 1]); before it answers, the program writes
-// gradient.f32 of the same shape: the derivative of its loss by every float.
+// gradient.f32 of the same shape: the derivative of its loss by every float.  What is compared with each other is asked
+// under one number, so that a program whose noise follows from the number takes the same for both.
 
 struct GuidanceOptions {
   std::string command;
@@ -41,8 +42,11 @@ class Guidance {
   ~Guidance();  ///< asks it to end, and kills it if it does not
 
   const std::string& name() const;
+  /// The number of the step that begins.
+  int next_step();
   /// `frames` [T] of [H, W, 3], all of one size.
-  GuidanceResult evaluate(std::span<const ImageF> frames, double fps);
+  GuidanceResult evaluate(std::span<const ImageF> frames, double fps, int step);
+  GuidanceResult evaluate(std::span<const ImageF> frames, double fps) { return evaluate(frames, fps, next_step()); }
 
  private:
   struct State;

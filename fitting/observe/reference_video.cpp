@@ -33,6 +33,16 @@ void check_options(const VideoOptions& o) {
       refuse(key, rate, "give 1 to 1000 frames per second");
 }
 
+ImageF brightest(const ImageF& picture) {
+  ImageF out(picture.width, picture.height, 1);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) {
+      const float* channels = picture.at(x, y);
+      out(x, y) = *std::max_element(channels, channels + std::min(picture.channels, 3));
+    }
+  return out;
+}
+
 ImageF blend(const ImageF& a, const ImageF& b, float share_of_b) {
   ImageF out = a;
   for (size_t i = 0; i < out.data.size(); ++i) out.data[i] += share_of_b * (b.data[i] - a.data[i]);
@@ -164,6 +174,7 @@ ReferenceVideo load_reference_video(const VideoOptions& options, const fs::path&
       frame->picture = undistorted(*lens, resized(frame->picture, video.lens->width, video.lens->height));
     else
       frame->picture = resized(frame->picture, camera.width, camera.height);
+    if (options.brightest) frame->picture = brightest(frame->picture);
     resampler.add(std::move(*frame));
   }
 

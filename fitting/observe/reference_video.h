@@ -43,6 +43,7 @@ struct VideoOptions {
   bool trust_declared = false;   ///< the declared rate holds against the file's, as for slow motion
   std::vector<double> instants;  ///< s, of the pictures of a folder; empty = the numbers in their names tell them
   Resampling resampling = Resampling::kLinear;
+  bool brightest = false;   ///< frames are [H, W, 1], of the brightest colour: those of a mask
   double most_bytes = 3e9;  ///< of the frames in memory
   /// `camera` as it took the video, with its lens, in the same place: the lens is removed from frames of its shape.
   /// Frames of exactly the size of `camera` have been freed of it.

@@ -44,16 +44,16 @@ struct Block {
   std::vector<ImageF> flow;  // from the frame before to each, and back
   std::vector<std::unique_ptr<GradientPicture>> picture;
 
-  Block(const ReferenceVideo& video, size_t begin, size_t end, FlowQuality quality) : begin(begin) {
+  Block(std::span<const ImageF> video, size_t begin, size_t end, FlowQuality quality) : begin(begin) {
     std::vector<std::pair<int, int>> pairs;
     for (int t = static_cast<int>(begin); t < static_cast<int>(end); ++t) {
       pairs.push_back({t - 1, t});
       pairs.push_back({t, t - 1});
     }
-    flow = dense_flows(video.frames, pairs, quality);
+    flow = dense_flows(video, pairs, quality);
     picture.resize(end - begin);
     parallel_for(static_cast<std::ptrdiff_t>(picture.size()),
-                 [&](std::ptrdiff_t i) { picture[i] = std::make_unique<GradientPicture>(video.frames[begin + i]); });
+                 [&](std::ptrdiff_t i) { picture[i] = std::make_unique<GradientPicture>(video[begin + i]); });
   }
   const ImageF& forward(size_t t) const { return flow[2 * (t - begin)]; }
   const ImageF& backward(size_t t) const { return flow[2 * (t - begin) + 1]; }
@@ -72,18 +72,17 @@ double smooth_step(double low, double high, double x) {
 
 }  // namespace
 
-PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& video, std::span<const Vector2d> points,
+PixelTracks track_pixels(const TrackOptions& options, std::span<const ImageF> video, std::span<const Vector2d> points,
                          const ImageU8& object) {
-  const size_t frames = video.frames.size(), count = points.size();
+  const size_t frames = video.size(), count = points.size();
   CHECK(frames > 0 && options.look_again > 0);
-  CHECK(object.empty() ||
-        (object.width == video.frames[0].width && object.height == video.frames[0].height && object.channels == 1));
+  CHECK(object.empty() || (object.width == video[0].width && object.height == video[0].height && object.channels == 1));
   PixelTracks tracks;
   tracks.pixel.assign(frames, std::vector<Vector2d>(points.begin(), points.end()));
   tracks.weight.assign(frames, std::vector<double>(count, 0.0));
   tracks.sigma.assign(frames, std::vector<double>(count, 0.0));
 
-  const GradientPicture first(video.frames[0]);
+  const GradientPicture first(video[0]);
   std::vector<Patch> patches;
   std::vector<PatchWarp> last(count);
   for (size_t i = 0; i < count; ++i) {
@@ -94,7 +93,7 @@ PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& vide
     tracks.weight[0][i] = fit.inside ? 1 / (1 + std::pow(fit.sigma / options.blur, 2)) : 0;
   }
 
-  const size_t length = block_length(video.frames[0]);
+  const size_t length = block_length(video[0]);
   std::optional<Block> block;
   for (size_t t = 1; t < frames; ++t) {
     if ((t - 1) % length == 0) block.emplace(video, t, std::min(frames, t + length), options.step_flow);
@@ -115,7 +114,7 @@ PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& vide
     std::vector<ImageF> whole;
     if (now % options.look_again == 0 && std::any_of(best.begin(), best.end(), doubtful)) {
       const std::vector<std::pair<int, int>> pairs = {{0, now}, {now, 0}};
-      whole = dense_flows(video.frames, pairs, FlowQuality::kQuick);
+      whole = dense_flows(video, pairs, FlowQuality::kQuick);
       parallel_for(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t i) {
         if (!doubtful(best[i])) return;
         const PatchFit direct = patches[i].align(picture, warp_of_flow(whole[0], points[i], options.patch.radius));

@@ -35,7 +35,11 @@ struct PixelTracks {
 /// flow backwards does not lead back, where the patch looks different, and where it has no texture.  `object` [H, W, 1]
 /// (may be empty) marks the object in the first frame: only its pixels make up the patches, and points should lie on
 /// it. Equal bit for bit for any number of threads.
-PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& video,
+PixelTracks track_pixels(const TrackOptions& options, std::span<const ImageF> video,
                          std::span<const Eigen::Vector2d> points, const ImageU8& object = {});
+inline PixelTracks track_pixels(const TrackOptions& options, const ReferenceVideo& video,
+                                std::span<const Eigen::Vector2d> points, const ImageU8& object = {}) {
+  return track_pixels(options, video.frames, points, object);
+}
 
 }  // namespace pliant

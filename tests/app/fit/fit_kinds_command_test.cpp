@@ -359,6 +359,34 @@ cp frames.f32 gradient.f32; echo "{\"step\": $step, \"loss\": 1}"; step=$((step 
   EXPECT_EQ(law(), "neo_hookean");
 }
 
+TEST_F(FitOfFewParticles, Physics3dsRecipeGoesOnAtTheNextStepOfItsProgram) {
+  // What it wants depends on the number of the step, as noise does; it dies once in the third iteration of 8 clips.
+  const std::string guide = (folder / "dies.sh").string(), died = (folder / "died").string();
+  write_text(guide, "died='" + died + R"('; cd "$1"; echo '{"ready": 1, "name": "third"}'
+while read line; do case "$line" in *quit*) exit 0;; esac
+step=${line##*\"step\":}; step=${step%%[,\}]*}; echo $step >> steps.txt
+if [ $step = 20 ] && [ ! -e "$died" ]; then echo > "$died"; exit 3; fi
+if [ $((step % 3)) = 0 ]; then cp frames.f32 gradient.f32; else head -c $(wc -c < frames.f32) /dev/zero > gradient.f32; fi
+echo "{\"step\": $step, \"loss\": 1}"; done)");
+  const auto fit = [&] {
+    return run_quietly({"fit", (folder / "small").string(), "--overwrite", "--recipe", "physics3d", "--guidance-cmd",
+                        "sh " + guide, "--guidance-frames", "2", "--gradient-iterations", "3", "--video-camera",
+                        camera});
+  };
+  write_text(died, "");
+  ASSERT_EQ(fit(), 0);
+  const std::string whole = read_text(object / "material.h5");
+  fs::remove(died);
+  fs::remove_all(folder / "small/fit/guide");
+  fs::remove(folder / "small/fit/results.json");
+  ASSERT_EQ(fit(), 1);
+  ASSERT_EQ(fit(), 0);
+  EXPECT_EQ(read_text(object / "material.h5"), whole);
+  std::string steps;
+  for (int step = 0; step < 24; ++step) steps += step == 20 ? "20\n16\n17\n18\n19\n20\n" : std::to_string(step) + "\n";
+  EXPECT_EQ(read_text(folder / "small/fit/guide/steps.txt"), steps);
+}
+
 TEST_F(FitOfFewParticles, AMotionWithoutPhysicsLooksLikeTheVideoAndIsNotSimulated) {
   if (!has_triplane_fields()) GTEST_SKIP() << "planes need libtorch, and this is built without";
   const json found = fitted({"--recipe", "dreamgaussian4d", "--gradient-iterations", "12"});

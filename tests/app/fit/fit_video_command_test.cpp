@@ -347,6 +347,44 @@ TEST_F(FitVideo, FramesAreComparedAtTheRateThatIsAskedFor) {
                  {"no_rate", "has no frame rate", "--video-fps"});
 }
 
+TEST_F(FitVideo, AnInterruptedFitGoesOnWithTheVideoThatAProgramHasMadeForIt) {
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  RunDirectory run = RunDirectory::open(folder / "run");
+  run.forget("fit");
+  fs::remove_all(folder / "run/fit");
+  fs::create_directories(folder / "films");
+  char name[32];
+  for (size_t f = 0; f < 4; ++f) {
+    std::snprintf(name, sizeof name, "%04zu.png", f);
+    write_image(folder / "films" / name, frames[f]);
+  }
+  write_text(folder / "films.sh",
+             "echo call >> \"$1/calls.txt\"; cp " + (folder / "films").string() + "/*.png \"$1/frames/\"\n");
+  FitStage stage;
+  stage.generate.command = "sh " + (folder / "films.sh").string();
+  stage.generate.frames = 4;
+  stage.cameras = {camera};
+  const Scene scene = load_run_scene(run);
+  const auto made = [&](const FitStage& of) {
+    return load_fit_video(context, run, inputs_of(run, scene, of), of).frames.size();
+  };
+  const fs::path calls = folder / "run/fit/generated/calls.txt";
+  const std::string without = with_video(run, FitStage(), "{\"inputs\": {}}");
+  EXPECT_EQ(without, "{\"inputs\": {}}");
+  EXPECT_EQ(made(stage), 4u);
+  const std::string first = with_video(run, stage, without);
+  EXPECT_EQ(made(stage), 4u);
+  EXPECT_EQ(read_text(calls), "call\n");
+  EXPECT_EQ(with_video(run, stage, without), first);
+  FitStage other = stage;
+  other.generate.prompt = "faster";
+  write_image(folder / "films/0003.png", frames[5]);
+  EXPECT_EQ(made(other), 4u);
+  EXPECT_EQ(read_text(calls), "call\ncall\n");
+  EXPECT_NE(with_video(run, other, without), first);
+}
+
 TEST_F(FitVideo, AProgramMakesTheVideoThatIsFitted) {
   // It films what the scene's own video shows, whatever it is asked.
   fs::create_directories(folder / "film");

@@ -26,6 +26,19 @@ TEST(MotionMask, LaterFramesDoNotShapeTheMaskOfEarlierOnes) {
   EXPECT_EQ(late(16, 12), 0);
 }
 
+TEST(MotionMask, WhatIsHiddenInTheFirstFrameOrInALaterOneIsNoMotion) {
+  FitView view = seen();
+  view.compared.assign(3, ImageU8(40, 30, 1));
+  for (ImageU8& compared : view.compared) compared.data.assign(compared.data.size(), 255);
+  EXPECT_EQ(motion_mask(view, 3, 2)(22, 12), 1);
+  for (const int hidden : {0, 2}) {
+    FitView some = view;
+    some.compared[hidden].data.assign(some.compared[hidden].data.size(), 0);
+    const ImageF mask = motion_mask(some, 3, 2);
+    EXPECT_EQ(std::count(mask.data.begin(), mask.data.end(), 0.0f), 40 * 30) << hidden;
+  }
+}
+
 TEST(MotionMask, WhatIsNotComparedIsLeftOut) {
   FitView view = seen();
   view.compared.assign(1, ImageU8(40, 30, 1));

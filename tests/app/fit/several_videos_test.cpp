@@ -38,6 +38,39 @@ TEST_F(SeveralVideos, TheirFramesAreOfTheSameInstants) {
   EXPECT_EQ(other.blended, 0);
 }
 
+TEST_F(SeveralVideos, AFurtherOneWithoutACameraIsNotTakenForThatOfTheScene) {
+  const Scene scene = load_run_scene(RunDirectory::open(folder / "run"));
+  ASSERT_EQ(scene.settings.video->camera, camera);
+  FitStage stage;
+  stage.videos = {file.string(), file.string()};
+  const nlohmann::json unnamed = video_records(scene, stage);
+  EXPECT_EQ(unnamed[0]["camera"], camera);
+  EXPECT_EQ(unnamed[1]["camera"], "");
+  EXPECT_FALSE(knows_cameras(scene, stage));
+  stage.cameras = {camera, camera};
+  EXPECT_EQ(video_records(scene, stage)[1]["camera"], camera);
+}
+
+TEST_F(SeveralVideos, WhatAMaskHidesInTheFirstFrameDoesNotCountInAnyScore) {
+  FitScene scene = load_with(file.string());
+  scene.further.clear();
+  const FittedMotion still{0, std::vector<SimulationState>(frames.size(), initial_state(scene.body.particles))};
+  // Something is before the lower half of the first frame.
+  const int width = scene.moving.width, height = scene.moving.height;
+  ImageU8 bright(width, height, 1);
+  bright.data.assign(bright.data.size(), 255);
+  scene.compared.assign(frames.size(), bright);
+  std::fill(scene.compared[0].data.begin() + scene.compared[0].data.size() / 2, scene.compared[0].data.end(), 0);
+  const MotionScores clean = compare_motion(scene, still, scene.used - 1, "");
+  for (int y = (height + 1) / 2; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < 3; ++c) scene.video.frames[0](x, y, c) = static_cast<float>((x + y) % 2);
+  const MotionScores hidden = compare_motion(scene, still, scene.used - 1, "");
+  EXPECT_NEAR(hidden.rest, clean.rest, 1e-9);
+  EXPECT_NEAR(hidden.fitted.still, clean.fitted.still, 1e-9);
+  EXPECT_NEAR(hidden.fitted.psnr, clean.fitted.psnr, 1e-9);
+}
+
 TEST_F(SeveralVideos, OneWithoutFramesInASpanDoesNotCountThere) {
   const size_t shorter = frames.size() - 8;
   FitScene scene = load_with(write("shorter.mp4", {frames.begin(), frames.begin() + shorter}));

@@ -53,9 +53,10 @@ class FitDistilled : public testing::Test {
   std::shared_ptr<Guidance> guide() {
     GuidanceOptions options;
     options.command = "sh " + folder
-                                  .file("guide.sh", R"(cd "$1"; echo '{"ready": 1, "name": "copy"}'; step=0
+                                  .file("guide.sh", R"(cd "$1"; echo '{"ready": 1, "name": "copy"}'
 while read line; do case "$line" in *quit*) exit 0;; esac; echo "$line" >> seen.txt
-cp frames.f32 gradient.f32; echo "{\"step\": $step, \"loss\": 2}"; step=$((step + 1)); done)")
+step=${line##*\"step\":}; step=${step%%[,\}]*}
+cp frames.f32 gradient.f32; echo "{\"step\": $step, \"loss\": 2}"; done)")
                                   .string();
     return std::make_shared<Guidance>(options, folder / "work");
   }
@@ -121,6 +122,16 @@ TEST_F(FitDistilled, DreamphysicsAsksTwiceAndFindsNothingInAMotionThatStandsStil
   const ClipFit fit = fit_distilled(few(DistilledFitOptions::dreamphysics()), motion, drawn, 24, {});
   EXPECT_DOUBLE_EQ(fit.iterations.back().loss, 0);
   EXPECT_EQ(fit.motion.particles.young, motion.particles.young);
+}
+
+TEST_F(FitDistilled, DreamphysicsAsksAboutAClipAndItsStillFramesUnderOneNumber) {
+  fit_distilled(few(DistilledFitOptions::dreamphysics()), motion, drawn, 24, {});
+  drawn.guide.reset();
+  std::istringstream lines(read_text(folder / "work/seen.txt"));
+  int asked = 0;
+  for (std::string line; std::getline(lines, line); ++asked)
+    EXPECT_NE(line.find("\"step\":" + std::to_string(asked / 2) + "}"), std::string::npos) << line;
+  EXPECT_EQ(asked, 2 * 2 * 4);
 }
 
 // DreamPhysics' paper: E is a network of places.

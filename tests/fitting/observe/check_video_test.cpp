@@ -19,10 +19,10 @@ struct CheckVideo : testing::Test {
     made.noise = 0.01;
     made.frames = 12;
   }
-  VideoChecks check(const ReferenceVideo& video) const {
+  VideoChecks check(const ReferenceVideo& video, const std::vector<ImageU8>& compared = {}) const {
     MadeVideo clean = made;
     clean.noise = 0;
-    return check_video({}, video, clean.frame(0), made.mask());
+    return check_video({}, video, clean.frame(0), made.mask(), compared);
   }
 };
 
@@ -33,6 +33,44 @@ void expect_finding(const VideoChecks& checks, VideoProblem problem, bool refuse
   EXPECT_EQ(finding->refuse, refuse) << finding->sentence;
   EXPECT_EQ(checks.usable(), !refuse);
   EXPECT_NE(finding->sentence.find(words), std::string::npos) << finding->sentence;
+}
+
+/// Someone walks from the left before it all, `width` px wide; returns where that is not.
+std::vector<ImageU8> walk_before(ReferenceVideo& video, int width, int step) {
+  std::vector<ImageU8> seen;
+  for (size_t t = 0; t < video.frames.size(); ++t) {
+    ImageF& frame = video.frames[t];
+    ImageU8& compared = seen.emplace_back(frame.width, frame.height, 1);
+    compared.data.assign(compared.data.size(), 255);
+    const int left = step * static_cast<int>(t);
+    for (int y = 0; y < frame.height; ++y)
+      for (int x = left; x < std::min(frame.width, left + width); ++x) {
+        compared(x, y) = 0;
+        for (int c = 0; c < 3; ++c) frame(x, y, c) = static_cast<float>(MadeVideo::texture(x - left, y, c, 3));
+      }
+  }
+  return seen;
+}
+
+TEST_F(CheckVideo, WhatMasksHideDoesNotCount) {
+  const VideoChecks clean = check(made.video());
+  ReferenceVideo video = made.video();
+  const std::vector<ImageU8> seen = walk_before(video, 70, 8);
+  EXPECT_FALSE(check(video).usable());
+  const VideoChecks checks = check(video, seen);
+  for (const VideoFinding& finding : checks.findings) EXPECT_FALSE(finding.refuse) << finding.sentence;
+  EXPECT_NEAR(checks.motion, clean.motion, 2);
+  EXPECT_LT(checks.displaced, 0.5);
+  EXPECT_GT(checks.match.score, 0.9);
+  EXPECT_LT(checks.drift, 0.15);
+}
+
+TEST_F(CheckVideo, MasksThatCutTheObjectOutHideNothing) {
+  made.wall_shift = 0.25;
+  const ReferenceVideo video = made.video();
+  const VideoChecks cut_out = check(video, std::vector<ImageU8>{made.mask()}), without = check(video);
+  EXPECT_EQ(cut_out.drift, without.drift);
+  expect_finding(cut_out, VideoProblem::kCameraMoves, true, "frame 11");
 }
 
 TEST_F(CheckVideo, AGoodVideoPassesAndItsMotionIsMeasured) {

@@ -44,6 +44,32 @@ struct ExternalModels : testing::Test {
   }
 };
 
+TEST_F(ExternalModels, FramesThatAreThereForTheSamePurposeAreReadAgain) {
+  GenerateOptions options;
+  options.command = script(
+      "cd \"$1\"; echo call >> ../calls.txt; for k in 0 1 2; do cp first.png frames/000$k.png; done; [ ! -e ../fails "
+      "]");
+  options.frames = 3;
+  const auto level = [&](const std::string& made_for, float grey) {
+    options.made_for = made_for;
+    return generate_video(options, ImageF(24, 16, 3, grey), camera_of(24, 16), folder / "work").frames[2](5, 5, 1);
+  };
+  const auto calls = [&] { return read_text(folder / "calls.txt").size() / 5; };
+  EXPECT_NEAR(level("one", 0.2f), 0.2, 0.003);
+  EXPECT_NEAR(level("one", 0.6f), 0.2, 0.003);
+  EXPECT_EQ(calls(), 1u);
+  EXPECT_NEAR(level("other", 0.6f), 0.6, 0.003);
+  fs::remove(folder / "work/frames/0001.png");
+  EXPECT_FALSE(has_generated(options, folder / "work"));
+  EXPECT_NEAR(level("other", 0.4f), 0.4, 0.003);
+  EXPECT_EQ(calls(), 3u);
+  // What is not known, and what a program failed to make, is made again.
+  folder.file("fails", "");
+  EXPECT_THROW(level("", 0.8f), Error);
+  EXPECT_THROW(level("other", 0.8f), Error);
+  EXPECT_FALSE(has_generated(options, folder / "work"));
+}
+
 TEST_F(ExternalModels, AGeneratorGetsThePictureTheCameraAndTheRequest) {
   const ReferenceVideo video = generate(
       "cd \"$1\"; cat camera.json request.json > seen.txt; for k in 0 1 2; do cp first.png frames/000$k.png; done; cp "

@@ -39,8 +39,17 @@ TEST(FrameClock, ARateThatNobodyUsesIsMeasured) {
   EXPECT_NEAR(clock_of(stamps, average_rate(stamps)).rate, 21.7, 1e-6);
 }
 
-TEST(FrameClock, WithoutGapsTheFileTellsTheRate) {
-  EXPECT_EQ(clock_of(stamps_of(72, 24, 0), 23.9).rate, 23.9);
+TEST(FrameClock, EvenStepsTellTheRateWhateverTheFileSays) {
+  for (const double rate : {24.0, 30000.0 / 1001, 30.0, 120.0})
+    for (const double grain : {0.0, 1.0 / 90000, 1e-3}) {
+      const std::vector<double> stamps = stamps_of(240, rate, grain);
+      // Some files tell frames by the time to the end of the last one, or of the sound.
+      EXPECT_NEAR(clock_of(stamps, 240 / (stamps.back() + 0.5)).rate, rate, 1e-9 * rate) << grain;
+    }
+}
+
+TEST(FrameClock, WithinTheRoundingOrWithoutEvenStepsTheFileTellsTheRate) {
+  EXPECT_EQ(clock_of(stamps_of(72, 24, 1e-3), 24.005).rate, 24.005);
   EXPECT_EQ(clock_of(stamps_of(2, 24, 0), 24).rate, 24);
   EXPECT_EQ(clock_of({}, 24).rate, 24);
   EXPECT_EQ(clock_of(stamps_of(72, 24, 0, {3}), 0).rate, 0);
