@@ -16,6 +16,7 @@ struct ConvertOptions {
   std::string in, out;
   std::optional<int> degree, level;
   double scale = 1;
+  bool antialiased = false;
 };
 
 OptionTable options_of(ConvertOptions& options) {
@@ -29,7 +30,10 @@ OptionTable options_of(ConvertOptions& options) {
            {.name = "scale",
             .field = &options.scale,
             .help = "Multiply all lengths by this; convert splats and cameras of a scene alike",
-            .positive = true}}};
+            .positive = true},
+           {.name = "antialiased",
+            .field = &options.antialiased,
+            .help = "Mark the splats as trained with mip-splatting, which their file does not say"}}};
 }
 
 nlohmann::json convert_splats(const Context& context, const ConvertOptions& options) {
@@ -40,7 +44,8 @@ nlohmann::json convert_splats(const Context& context, const ConvertOptions& opti
   if (options.degree) cloud = with_sh_degree(cloud, *options.degree);
   for (Vec3f& x : cloud.position) x *= static_cast<float>(options.scale);
   for (Vec3f& s : cloud.log_scale) s.array() += static_cast<float>(std::log(options.scale));
-  for (const std::string& lost : write_splats(options.out, cloud, report.antialiased, report.z_is_up))
+  const bool antialiased = options.antialiased || report.antialiased;
+  for (const std::string& lost : write_splats(options.out, cloud, antialiased, report.z_is_up))
     context.progress.warn(lost);
   return {{"gaussians", cloud.size()}, {"dropped", report.dropped}, {"sh_degree", cloud.sh_degree}};
 }
@@ -89,7 +94,7 @@ void add_convert(CLI::App& app, Program& program) {
       if (to_cameras && !splats_at(options->in).empty())
         throw usage_error(options->out, "", "is a camera file but " + options->in + " contains splats",
                           "write splats to .ply, .splat, .spz or .glb");
-      const Unused of_splats = {"does nothing for cameras", "leave it out", {"sh-degree", "level"}};
+      const Unused of_splats = {"does nothing for cameras", "leave it out", {"sh-degree", "level", "antialiased"}};
       if (to_cameras) refuse_given(*command, options_of(*options), of_splats);
       return to_cameras ? convert_cameras(context, *options) : convert_splats(context, *options);
     };

@@ -35,7 +35,7 @@ nlohmann::json describe_physdreamer(const std::filesystem::path& path) {
 nlohmann::json describe_run(const std::filesystem::path& path) {
   const RunDirectory run = RunDirectory::open(path);
   nlohmann::json out = {{"file", path.string()}, {"kind", "run directory"}};
-  if (run.scene().is_object()) out["scene"] = run.scene().value("source", "");
+  if (run.scene().is_object()) out["scene"] = recorded_place(run).string();
   out["stages"] = nlohmann::json::array();
   for (const auto& [stage, record] : run.manifest()["stages"].items()) out["stages"].push_back(stage);
   if (const std::filesystem::path objects = path / "objects.json"; std::filesystem::exists(objects)) {

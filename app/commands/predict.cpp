@@ -18,8 +18,10 @@ void add_predict(CLI::App& app, Program& program) {
   add_options(*command, program, options_of(*stage));
   command->add_flag("--list", *list, "Print the known materials and objects, and where their values come from");
   auto preview = std::make_shared<bool>(false);
-  command->add_flag("--preview", *preview,
-                    "Also make softness.mp4: short clips at softness 0, 0.5 and 1, side by side");
+  command->add_flag(
+      "--preview", *preview,
+      "Also make softness.mp4: short clips at softness 0, 0.5 and 1, side by side; without other options, of "
+      "the prediction that is there");
   add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {
@@ -33,6 +35,7 @@ void add_predict(CLI::App& app, Program& program) {
       }
       RunDirectory run = RunDirectory::open(*directory);
       Scene scene = load_run_scene(run);
+      if (*preview && given_option(*command, options_of(*stage)).empty()) take_last_options(run, *stage);
       inputs_of(run, scene, *stage);  // nothing is assumed for what will be refused
       assume_height(context, run, scene, *stage);
       const nlohmann::json summary = run_predict(context, run, scene, *stage);

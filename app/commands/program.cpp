@@ -20,9 +20,10 @@ namespace {
 
 volatile std::sig_atomic_t interrupt_requested = 0;
 
-/// The first signal asks the running stage to stop at its next safe point, the second one ends the program.
+/// The first signal asks the running stage to stop at its next safe point, the second one ends the program.  A terminal
+/// that is closed sends SIGHUP more than once.
 void request_interrupt(int signal) {
-  if (interrupt_requested) std::_Exit(128 + signal);
+  if (interrupt_requested && signal != SIGHUP) std::_Exit(128 + signal);
   interrupt_requested = 1;
 }
 
@@ -48,6 +49,20 @@ bool is_given(const CLI::Option& option, const std::vector<std::string>& argumen
   });
 }
 
+bool is_number_list(const nlohmann::json& value) {
+  return value.is_array() && !value.empty() &&
+         std::all_of(value.begin(), value.end(), [](const nlohmann::json& item) { return item.is_number(); });
+}
+
+/// A JSON value as it is typed behind an option: a list of numbers with commas.
+std::string word_of(const nlohmann::json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!is_number_list(value)) return value.dump();
+  std::string word;
+  for (const nlohmann::json& number : value) word += (word.empty() ? "" : ",") + number.dump();
+  return word;
+}
+
 /// Turns the JSON object of --config FILE into options behind the user's own; those that the user gives are left out.
 std::vector<std::string> expand_config(const CLI::App& app, int argc, const char* const* argv) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
@@ -68,12 +83,14 @@ std::vector<std::string> expand_config(const CLI::App& app, int argc, const char
       const std::string flag = "--" + key;
       const CLI::Option* option = command.get_option_no_throw(flag);
       if (option && is_given(*option, arguments)) continue;
-      const nlohmann::json list = value.is_array() ? value : nlohmann::json::array({value});
+      const bool repeated = option && option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
+      const bool several = value.is_array() && (repeated || !is_number_list(value));
+      const nlohmann::json list = several ? value : nlohmann::json::array({value});
       for (const nlohmann::json& item : list) {
         const bool is_flag = option && option->get_items_expected_max() == 0;
         if (is_flag && item == false) continue;
         options.push_back(flag);  // which is refused where there is no such option, or where it lacks a value
-        if (!item.is_boolean()) options.push_back(item.is_string() ? item.get<std::string>() : item.dump());
+        if (!item.is_boolean()) options.push_back(word_of(item));
       }
     }
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -158,6 +175,9 @@ int run_program(int argc, const char* const* argv) {
     action.sa_handler = request_interrupt;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    struct sigaction hangup = {};
+    sigaction(SIGHUP, nullptr, &hangup);
+    if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // as nohup has it
     if (program.threads > 0) omp_set_num_threads(program.threads);
     cv::setNumThreads(omp_get_max_threads());
     cv::setRNGSeed(static_cast<int>(program.seed));

@@ -11,15 +11,15 @@ namespace pliant {
 namespace {
 
 OptionTable picture_options(PictureOptions& pictures) {
-  return {
-      "images",
-      {{.name = "background",
-        .field = &pictures.background,
-        .help = "Background color in 0..1",
-        .value = "r,g,b",
-        .numbers = 3},
-       {.name = "depth", .field = &pictures.depth, .help = "Also write depth images (near = bright)"},
-       {.name = "antialiased", .field = &pictures.antialiased, .help = "Opacity compensation for mip-trained scenes"}}};
+  return {"images",
+          {{.name = "background",
+            .field = &pictures.background,
+            .help = "Background color in 0..1 (default: the scene's, else black)",
+            .value = "r,g,b",
+            .low = 0,
+            .high = 1,
+            .numbers = 3},
+           {.name = "depth", .field = &pictures.depth, .help = "Also write depth images (near = bright)"}}};
 }
 
 /// Those of the clip, of which `cameras` and `size` are also those of the images of a scene.
@@ -72,7 +72,7 @@ void add_render(CLI::App& app, Program& program) {
       if (program.overwrite)
         throw usage_error("render", "--overwrite", "does nothing for a scene, whose images are always replaced",
                           "leave it out");
-      if (std::filesystem::path(program.out).extension() == ".mp4")
+      if (is_video_out(program.out))
         refuse_given(*command, picture_options(options->pictures),
                      {"does nothing for a video", "leave it out, or give a folder", {"depth"}});
       const Scene scene = load_scene(source, options->scene.load_options());

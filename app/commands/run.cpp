@@ -184,6 +184,8 @@ void add_run(CLI::App& app, Program& program) {
   add_options(*command, program, options_of(options->repair), spelling);
   add_options(*command, program, options_of(options->render), render);
   add_options(*command, program, options_of(options->page), spelling);
+  program.renamed["run"]["--antialiased"] =
+      "--scene.antialiased, or where the scene is yet to be trained --reconstruct.antialiased";
   command
       ->add_option_function<std::string>(
           "--physgaussian",

@@ -35,6 +35,7 @@ LoadOptions SceneOptions::load_options() const {
   options.object_height = object_height.value_or(0);
   options.orbit_views = orbit_views;
   options.level = level;
+  options.antialiased = antialiased;
   return options;
 }
 
@@ -64,7 +65,10 @@ OptionTable options_of(SceneOptions& options) {
             .help = "Orbit views if the scene has no cameras (default 24)",
             .low = 4,
             .high = 1000},
-           level_option(options.level)}};
+           level_option(options.level),
+           {.name = "antialiased",
+            .field = &options.antialiased,
+            .help = "The splats were trained with mip-splatting, which their file does not say"}}};
 }
 
 void add_scene_options(CLI::App& command, Program& program, SceneOptions& options, const Spelling& spelling) {
@@ -90,6 +94,10 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
   }
   stage.masks = segment.masks;
   if (segment.joint && !untrained) stage.splats = load_scene(source, load).settings.splats.string();
+  if (untrained && load.antialiased)
+    throw usage_error("--antialiased", "", "does nothing: the scene has no splats yet",
+                      "train them so with --reconstruct.antialiased");
+  stage.train.render.antialiased |= load.antialiased;
   if (!stage.splats.empty())
     refuse_given(command, options_of(stage),
                  {"does nothing when training continues from a trained scene",
@@ -112,7 +120,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
 }
 
 std::string default_out(const std::string& source, const std::string& ending) {
-  const std::filesystem::path path = std::filesystem::weakly_canonical(source);
+  const std::filesystem::path path = place_of_scene(source);
   const std::string name = std::filesystem::is_directory(path) ? path.filename() : path.stem();
   return name + "_" + ending;
 }

@@ -19,6 +19,7 @@ struct SceneOptions {
   std::string up;  ///< three numbers or the name of an axis; empty = estimated
   std::optional<double> metres_per_unit, object_height;
   std::optional<int> orbit_views, level;
+  bool antialiased = false;
 
   LoadOptions load_options() const;
 };
@@ -36,6 +37,10 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
 
 /// Where results of a source go when nobody says: NAME_run, or NAME_scene, in the current folder.
 std::string default_out(const std::string& source, const std::string& ending);
+
+/// The first option of these, or of all in the table where there are no names, that the user gave, as typed; empty =
+/// none.
+std::string given_option(const CLI::App& command, const OptionTable& table, const std::set<std::string>& names = {});
 
 /// Options that do nothing in a certain case.
 struct Unused {

@@ -6,13 +6,18 @@
 
 namespace pliant {
 
-void refuse_given(const CLI::App& command, const OptionTable& table, const Unused& unused) {
+std::string given_option(const CLI::App& command, const OptionTable& table, const std::set<std::string>& names) {
   for (const Option& option : table.options) {
-    if (!unused.names.empty() && !unused.names.count(option.name)) continue;
+    if (!names.empty() && !names.count(option.name)) continue;
     const CLI::Option* added = command.get_option_no_throw("--" + table.stage + "." + option.name);
-    if (added && added->count() > 0)
-      throw usage_error(command.get_name(), "--" + added->get_lnames().front(), unused.why, unused.advice);
+    if (added && added->count() > 0) return "--" + added->get_lnames().front();
   }
+  return "";
+}
+
+void refuse_given(const CLI::App& command, const OptionTable& table, const Unused& unused) {
+  if (const std::string option = given_option(command, table, unused.names); !option.empty())
+    throw usage_error(command.get_name(), option, unused.why, unused.advice);
 }
 
 void check_given(const CLI::App& command, ReconstructStage& stage) {

@@ -36,9 +36,8 @@ Viewed open_viewed(const Context& context, const std::string& source, const std:
   RunDirectory run =
       is_run ? RunDirectory::open(source) : RunDirectory::create(out.empty() ? default_out(source, "run") : out);
   // The options that a known scene was loaded with stay.
-  const bool known = is_run || (run.scene().is_object() &&
-                                run.scene()["source"] == std::filesystem::weakly_canonical(source).string());
-  Scene scene = known ? load_run_scene(run) : attach_scene(context, run, source, {});
+  Scene scene = is_run || is_recorded_scene(run, source) ? load_run_scene(run)
+                                                         : attach_scene(context, run, source, recorded_options(run));
   StageKey key;
   key.inputs = record_of({ScenePart::kSplats}, scene).files;
   const json splats = splats_of(record_of(key, context.seed)["inputs"]);
@@ -46,7 +45,9 @@ Viewed open_viewed(const Context& context, const std::string& source, const std:
     return run.has(stage) && splats_of(run.manifest()["stages"][stage]["inputs"]) == splats;
   };
   if (!has_read("segment")) run_segment(context, run, scene, {});
-  const bool simulated = run.has("simulate") && has_read("extract");
+  // Another object, or new particles of this one, may have been made since: where that was cancelled, there is no
+  // motion.
+  const bool simulated = run.has("simulate") && has_read("extract") && reads_present(run, "simulate", "particles");
   return {std::move(run), std::move(scene), simulated};
 }
 
@@ -68,7 +69,8 @@ json view_dropped(const Context& context, ViewOptions options, const std::filesy
   });
   site.take_files([&](const std::string& name, const std::filesystem::path& file) { return opener.take(name, file); });
   opener.show();
-  return serve(context, options, site);
+  LocalServer server(options.server, site.handler());
+  return serve(context, options, server, site);
 }
 
 }  // namespace
@@ -88,16 +90,19 @@ void add_view(CLI::App& app, Program& program) {
   command->callback([=, &program] {
     program.action = [=, &program](Context& context) {
       if (source->empty()) return view_dropped(context, *options, program.out.empty() ? "." : program.out);
-      Viewed viewed = open_viewed(context, *source, program.out);
       LiveSite site;
+      std::unique_ptr<Viewed> viewed;
       std::unique_ptr<Chooser> chooser;
-      if (viewed.simulated && !options->choose) {
-        site.show(live_screen(context, viewed.run, viewed.scene));
+      // An address that cannot be used is refused before minutes of work; clients end before what they use.
+      LocalServer server(options->server, site.handler());
+      viewed = std::make_unique<Viewed>(open_viewed(context, *source, program.out));
+      if (viewed->simulated && !options->choose) {
+        site.show(live_screen(context, viewed->run, viewed->scene, context.progress));
       } else {
-        chooser = std::make_unique<Chooser>(context, viewed.run, viewed.scene, site);
+        chooser = std::make_unique<Chooser>(context, viewed->run, viewed->scene, site);
         chooser->show();
       }
-      return serve(context, *options, site);
+      return serve(context, *options, server, site);
     };
   });
 }

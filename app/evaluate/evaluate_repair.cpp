@@ -131,7 +131,7 @@ void check_scene_of(const fs::path& run, const fs::path& scene) {
   const json manifest = read_json(run / "run.json");
   const json* recorded = find_value(manifest, "scene.source");
   if (!recorded || !recorded->is_string()) return;
-  fs::path source = recorded->get<std::string>();
+  fs::path source = run / recorded->get<std::string>();
   if (fs::is_regular_file(source, ignored)) source = source.parent_path();
   if (!fs::is_directory(source, ignored) || fs::equivalent(source, scene, ignored)) return;
   const fs::path photo = pictures_of(scene / "photos").begin()->second, other = source / "photos" / photo.filename();

@@ -42,9 +42,8 @@ json camera_json(const Camera& camera) {
 }
 
 /// What rounding and pruning cost [dB], the least of some instants and views.
-double least_psnr(const CodedClip& clip, const MovingScene& moving, const std::vector<Camera>& views) {
-  RenderOptions options;
-  options.antialiased = moving.antialiased;
+double least_psnr(const CodedClip& clip, const MovingScene& moving, const std::vector<Camera>& views,
+                  const RenderOptions& options) {
   double least = INFINITY;
   const size_t frames = moving.trajectory.frames.size();
   for (size_t v = 0; v < views.size(); ++v) {
@@ -70,6 +69,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   views.pop_back();  // where the first is
   RenderOptions options;
   options.antialiased = moving.antialiased;
+  options.background = scene.settings.background_color();
   const ImageF first =
       render(moving.all_at(moving.trajectory.frames.front()),
              camera.scaled(std::min(1.0, kPosterSide / std::max(camera.width, camera.height))), options)
@@ -113,7 +113,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   const MovingScene& drawn = coder.moving();
   if (!clip.choice.solver) setup.refused = "the solver does not fit into this size";
   add_solver(page.file, clip.level, setup, scene, levels_of(clip));
-  const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]});
+  const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]}, options);
 
   json& header = page.file.header;
   header["title"] = in.found["title"];
@@ -140,6 +140,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
                      {"radius", (camera.centre() - centre).norm()},
                      {"degrees", scene.cameras_are_orbit ? 360 : 2 * kSideways}};
   header["render"] = {{"antialiased", drawn.antialiased}, {"background", {0, 0, 0}}};
+  if (scene.settings.background) header["render"]["background"] = numbers(*scene.settings.background);
   page.poster = poster;
   page.video = video;
   const PageSizes sizes = write_page(file, page, packer);
@@ -170,9 +171,10 @@ bool shows_motion(const RunDirectory& run, const std::string& stage) {
 }
 
 StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, const PageStage& stage) {
+  check_simulated_with(run, scene);
   StageInputs<PageStage> in;
   in.options = stage;
-  in.parts = {ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit,
+  in.parts = {ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit,
               ScenePart::kVideoCamera};
   in.scene = only(in.parts, scene);
   in.files = moving_scene_files(run);
@@ -205,7 +207,7 @@ json run_page(const Context& context, RunDirectory& run, const Scene& scene, con
 }
 
 void drop_page(RunDirectory& run) {
-  if (!run.has("page")) return;
+  if (run.last_record("page").is_null()) return;
   run.forget("page");
   fs::remove(run / "clip.html");
 }

@@ -41,6 +41,7 @@ RunDirectory directory_of(const RunDirectory& run, double softness) {
       if (before["stages"].contains(name)) taken[name] = before["stages"][name];
   }
   manifest["stages"] = taken;
+  if (run.scene().is_object()) manifest["scene"]["source"] = recorded_place(run).string();
   fs::create_directories(path / object);
   for (const std::string& name : {object + "/object.ply", object + "/solid.h5", object + "/particles.h5",
                                   std::string("background.ply"), std::string("background_repaired.ply")})
@@ -64,7 +65,8 @@ ImageF with_caption(const ImageF& picture, const std::string& caption) {
 fs::path run_preview(const Context& context, const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
   run.summary("seed", "run `pliant seed` first");
   if (stage.given.young)
-    throw usage_error("predict", "--preview", "does nothing with --young, which has no band", "leave one of them out");
+    throw usage_error("predict", "--preview", "does nothing with --young, which has no band",
+                      "predict without --young");
   std::vector<fs::path> folders;
   std::vector<std::string> captions;
   for (const double softness : kSoftness) {

@@ -48,6 +48,7 @@ PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianClo
   const std::filesystem::path view = run / "llm_view.png";
   RenderOptions options;
   options.antialiased = in.scene.report.antialiased;
+  options.background = in.scene.settings.background_color();
   write_image(view, render(object, clip_camera(in.scene, "", robust_bounds(object)), options).color);
   question.view = read_text(view);
   return question;
@@ -246,7 +247,7 @@ StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene,
   StageInputs<PredictStage> in;
   in.options = stage;
   in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};
-  if (!stage.llm_url.empty()) in.parts.insert({ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kVideoCamera});
+  if (!stage.llm_url.empty()) in.parts.insert({ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kVideoCamera});
   in.scene = only(in.parts, scene);
   const std::string folder = object_folder(run);
   in.files = {{"solid", run / (folder + "/solid.h5")}, {"object", run / (folder + "/object.ply")}};
@@ -261,6 +262,15 @@ json run_predict(const Context& context, RunDirectory& run, const Scene& scene, 
   if (!stage.llm_url.empty() && run.has("predict") && run.summary("predict", "").value("unanswered", false))
     run.forget("predict");
   return run_stage(context, run, std::move(in), predict_object);
+}
+
+void take_last_options(const RunDirectory& run, PredictStage& stage) {
+  const json last = run.last_record("predict");
+  if (last.is_null()) return;
+  if (last["inputs"].contains("weights"))
+    throw usage_error("predict", "--preview", "would replace a prediction made with --weights",
+                      "give the options of that prediction again");
+  take_recorded(last["options"], options_of(stage));
 }
 
 bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate) {

@@ -25,6 +25,10 @@ OptionTable options_of(PredictStage& stage);
 StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage);
 nlohmann::json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage);
 
+/// Takes the options of the prediction that is there, if any.  Throws Error{kUsage} where it was made with a network of
+/// its own, whose file is not known.
+void take_last_options(const RunDirectory& run, PredictStage& stage);
+
 /// Whether `run` has to predict: a value of the material is neither on the command line nor in the scene file, or the
 /// command line asks for a prediction.
 bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate);

@@ -31,15 +31,21 @@ namespace {
 
 constexpr const char* kCheckpoint = "checkpoint.h5";
 
+/// The options' color, else that of the scene file; none where neither says.
+std::optional<Vec3d> background_of(const PhotoSet& set, const ReconstructStage& stage) {
+  if (stage.background.empty()) return set.settings.background;
+  return Vec3d(stage.background[0], stage.background[1], stage.background[2]);
+}
+
 /// What the options ask for.
-TrainOptions train_options(const ReconstructStage& stage, uint64_t seed) {
+TrainOptions train_options(const PhotoSet& set, const ReconstructStage& stage, uint64_t seed) {
   const std::map<std::string, Densification> strategies = {
       {"mcmc", Densification::kMcmc}, {"classic", Densification::kClassic}, {"none", Densification::kNone}};
   TrainOptions options = stage.train;
   options.densification = strategies.at(stage.strategy);
   options.seed = seed;
-  if (!stage.background.empty()) {
-    options.render.background = Vec3d(stage.background[0], stage.background[1], stage.background[2]).cast<float>();
+  if (const std::optional<Vec3d> background = background_of(set, stage)) {
+    options.render.background = background->cast<float>();
     options.changing_backdrop = false;
   }
   return options;
@@ -65,10 +71,10 @@ std::unique_ptr<JointTerm> joint_term(const Context& context, const PhotoSet& se
 }
 
 /// A trained scene goes on in small steps and keeps its Gaussians.
-TrainingStart go_on_from(const std::string& splats, TrainOptions& options) {
+TrainingStart go_on_from(const std::string& splats, const SceneFile& settings, TrainOptions& options) {
   ReadReport report;
   GaussianCloud cloud = read_splats(splats, &report);
-  options.render.antialiased |= report.antialiased;
+  options.render.antialiased |= settings.antialiased.value_or(report.antialiased);
   options.densification = Densification::kNone;
   options.coarse_to_fine = false;
   options.position_rate *= 0.1f;
@@ -175,7 +181,7 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   std::optional<TrainingCheckpoint> earlier = unfinished(context, run, provenance);
 
   std::vector<std::string> warnings = cameras.warnings;
-  TrainOptions options = train_options(stage, context.seed);
+  TrainOptions options = train_options(set, stage, context.seed);
   PhotoOptions photo_options = stage.photo;
   photo_options.background = options.render.background;
   const TrainingPhotos photos = load_training_photos(photo_options, cameras);
@@ -190,7 +196,7 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   json start;
   const std::unique_ptr<JointTerm> term = joint_term(context, set, stage, cameras, photos);
   std::optional<TrainingStart> trained;
-  if (!stage.splats.empty()) trained = go_on_from(stage.splats, options);
+  if (!stage.splats.empty()) trained = go_on_from(stage.splats, set.settings, options);
   stage.train = options;
   std::optional<Trainer> trainer;
   if (earlier) {
@@ -217,8 +223,9 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   });
 
   const TrainingState& state = trainer->state();
-  const std::vector<std::string> lost =
-      write_trained_scene(run, {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased});
+  const std::vector<std::string> lost = write_trained_scene(
+      run,
+      {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased, background_of(set, in.options)});
   for (const std::string& sentence : lost) {
     context.progress.warn(sentence);
     warnings.push_back(sentence);
@@ -265,6 +272,10 @@ StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& c
     in.kept.push_back("segmentation.h5");
   }
   if (!stage.splats.empty()) in.files["splats"] = stage.splats;
+  const SceneFile& settings = set.settings;
+  if (settings.background && stage.background.empty())
+    in.found["background"] = {settings.background->x(), settings.background->y(), settings.background->z()};
+  if (settings.antialiased && !stage.splats.empty()) in.found["antialiased"] = *settings.antialiased;
   return in;
 }
 

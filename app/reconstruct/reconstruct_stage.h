@@ -19,8 +19,8 @@ struct ReconstructStage {
   std::string photos;  ///< folder of the photos, when they are not beside the cameras
   TrainOptions train;
   std::string strategy = "mcmc";   ///< how Gaussians are added and removed: mcmc, classic, none
-  std::vector<double> background;  ///< [3] in 0..1, behind the scene and behind photos with alpha; empty = black, and
-                                   ///< behind such photos another each time
+  std::vector<double> background;  ///< [3] in 0..1, behind the scene and behind photos with alpha; empty = the scene
+                                   ///< file's, else black, and behind such photos another each time
   PhotoOptions photo;
   std::string start = "auto";  ///< auto, points, triangulate, random; see training_start.h
   std::string poses =

@@ -54,8 +54,9 @@ OptionTable options_of(ReconstructStage& stage) {
           {.name = "exposure", .field = &train.exposure, .help = "Optimize exposure and white balance per photo"},
           {.name = "background",
            .field = &stage.background,
-           .help = "Background color of the scene and of photos with alpha, in 0..1 (default: black; random for such "
-                   "photos)",
+           .help =
+               "Background color of the scene and of photos with alpha, in 0..1 (default: scene.json's, else black, "
+               "random for such photos)",
            .value = "r,g,b",
            .low = 0,
            .high = 1,

@@ -95,7 +95,7 @@ std::vector<std::string> make_room(RunDirectory& run, const TrainedScene& scene)
 void merge_scene_file(RunDirectory& run, const PhotoSet& set, const json& made, const json& hashes, bool trained) {
   const fs::path folder = run.path(), file = folder / "scene.json";
   json now = set.scene.is_object() ? set.scene : json::object();
-  for (const char* key : {"splats", "cameras", "photos", "masks"}) now.erase(key);
+  for (const char* key : {"splats", "cameras", "photos", "masks", "antialiased"}) now.erase(key);
   if (!set.settings.labels.empty()) now["labels"] = path_from(folder, set.settings.labels);
   if (set.settings.video) now["video"]["file"] = path_from(folder, set.settings.video->file);
   now.update(made);
@@ -169,6 +169,9 @@ std::vector<std::string> write_trained_scene(RunDirectory& run, const TrainedSce
 
   json made = {{"splats", splats}, {"cameras", "transforms.json"}};
   if (const auto up = lost_up(scene, cameras)) made["up"] = {up->x(), up->y(), up->z()};
+  // Black is not said, but where the source says another color.
+  if (const auto& b = scene.background; b && (settings.background || *b != Vec3d::Zero()))
+    made["background"] = {b->x(), b->y(), b->z()};
   if (scene.photos.changed) {
     made["photos"] = "photos";
   } else if (!scene.set.photos.empty()) {
@@ -204,7 +207,7 @@ void update_scene_file(RunDirectory& run, const PhotoSet& set) {
     if (set.settings.masks.empty()) written.erase("masks");
   }
   if (written.value("labels", "") != kMaskNames) written.erase("labels");
-  for (const char* key : {"splats", "cameras", "photos", "masks", "labels"})
+  for (const char* key : {"splats", "cameras", "photos", "masks", "labels", "background"})
     if (written.contains(key)) made[key] = written[key];
   if (!set.settings.up && written.contains("up")) made["up"] = written["up"];
   merge_scene_file(run, set, made, note.is_object() ? note["parts"] : json::object(), false);

@@ -14,6 +14,7 @@ struct TrainedScene {
   const GaussianCloud& cloud;
   int iteration = 0;
   bool antialiased = false;
+  std::optional<Vec3d> background = {};  ///< color behind it, where someone said one
 };
 
 /// Writes a scene folder in the layout of 3DGS: point_cloud/iteration_N/point_cloud.ply, cameras.json, and for exact

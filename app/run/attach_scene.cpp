@@ -5,21 +5,27 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/physdreamer_scene.h"
+#include "app/run/scene_parts.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/utf8.h"
 
 namespace pliant {
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
 
-json recorded(const std::filesystem::path& source, const LoadOptions& options) {
-  json record = {{"source", std::filesystem::weakly_canonical(source).string()}};
+/// What a run directory records of the scene at `place`: a trained scene within the directory moves with it.
+json recorded(const RunDirectory& run, const fs::path& place, const LoadOptions& options) {
+  const fs::path within = place.lexically_relative(fs::weakly_canonical(run.path()));
+  const bool inside = !within.empty() && *within.begin() != ".." && within != ".";
+  json record = {{"source", (inside ? within : place).string()}};
   if (options.orbit_views) record["orbit_views"] = *options.orbit_views;
   if (options.level) record["level"] = *options.level;
   if (options.up) record["up"] = {options.up->x(), options.up->y(), options.up->z()};
   if (options.metres_per_unit) record["metres_per_unit"] = *options.metres_per_unit;
   if (options.object_height > 0) record["object_height"] = options.object_height;
+  if (options.antialiased) record["antialiased"] = true;
   return record;
 }
 
@@ -31,14 +37,31 @@ void check_name(const std::string& name) {
 
 /// Refuses a scene whose files or photographs have such names.
 void check_names(const Scene& scene) {
-  for (const std::filesystem::path& file : scene.report.files) check_name(file.string());
+  for (const fs::path& file : scene.report.files) check_name(file.string());
   for (const Camera& camera : scene.cameras) check_name(camera.name);
 }
 
-Scene load_any_scene(const std::filesystem::path& source, const LoadOptions& options) {
+Scene load_any_scene(const fs::path& source, const LoadOptions& options) {
   Scene scene = load_scene(source, options);
   if (const auto folder = physdreamer_folder(scene)) take_physdreamer_settings(scene, *folder);
   return scene;
+}
+
+/// Hashes of the files of splats that are among the inputs of a stage.
+json splat_hashes(const json& inputs) {
+  json out = json::object();
+  for (const auto& [role, hash] : inputs.items())
+    if (role.starts_with("splats ")) out[role] = hash;
+  return out;
+}
+
+/// Whether the objects of a run were found in just the splats of this scene.
+bool has_splats_of(const RunDirectory& run, const Scene& scene) {
+  const json segment = run.last_record("segment");
+  if (segment.is_null()) return false;
+  StageKey key;
+  key.inputs = record_of({ScenePart::kSplats}, scene).files;
+  return splat_hashes(segment.value("inputs", json::object())) == record_of(key, 0)["inputs"];
 }
 
 /// Keeps the up direction of a run that was made with the mean of the cameras' picture-up.
@@ -56,26 +79,72 @@ void keep_mean_up(const RunDirectory& run, Scene& scene, const LoadOptions& opti
 
 }  // namespace
 
-Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
-                   const LoadOptions& options) {
+fs::path place_of_scene(const fs::path& source) {
+  const fs::path place = fs::absolute(source);
+  std::error_code none;
+  if (fs::is_directory(place, none) || !place.has_filename()) return fs::weakly_canonical(place);
+  return fs::weakly_canonical(place.parent_path()) / place.filename();
+}
+
+fs::path recorded_place(const RunDirectory& run) {
+  const fs::path source = run.scene().value("source", std::string()), folder = fs::weakly_canonical(run.path());
+  // A full path to a trained scene in the run directory is that of the folder before it was moved or copied.
+  std::error_code none;
+  const bool elsewhere = !fs::exists(source, none) || is_run_directory(source.parent_path());
+  if (source.is_absolute() && source.filename() == "scene" && elsewhere &&
+      fs::exists(folder / "scene/scene.json", none))
+    return folder / "scene";
+  return folder / source;
+}
+
+bool is_recorded_scene(const RunDirectory& run, const fs::path& source) {
+  if (!run.scene().is_object()) return false;
+  const fs::path known = recorded_place(run);
+  return known == place_of_scene(source) || known == fs::weakly_canonical(source);
+}
+
+LoadOptions recorded_options(const RunDirectory& run) {
+  LoadOptions options;
+  const json& record = run.scene();
+  if (!record.is_object()) return options;
+  if (record.contains("orbit_views")) options.orbit_views = record["orbit_views"].get<int>();
+  if (record.contains("level")) options.level = record["level"].get<int>();
+  if (record.contains("up")) options.up = Eigen::Vector3d(record["up"][0], record["up"][1], record["up"][2]);
+  if (record.contains("metres_per_unit")) options.metres_per_unit = record["metres_per_unit"].get<double>();
+  options.object_height = record.value("object_height", 0.0);
+  options.antialiased = record.value("antialiased", false);
+  return options;
+}
+
+Scene attach_scene(const Context& context, RunDirectory& run, const fs::path& source, const LoadOptions& options) {
   if (is_run_directory(source)) {
-    const json made_from = RunDirectory::open(source).scene();
+    const RunDirectory given = RunDirectory::open(source);
     throw usage_error(source.string(), "", "is a run directory, not a scene",
-                      made_from.is_object() ? "give its scene, " + made_from.value("source", std::string()) +
-                                                  ", with --out " + source.string()
-                                            : std::string("give a scene"));
+                      given.scene().is_object()
+                          ? "give its scene, " + recorded_place(given).string() + ", with --out " + source.string()
+                          : std::string("give a scene"));
   }
   check_name(run.path().string());
-  const json record = recorded(source, options);
-  check_name(record["source"]);
-  // Later stages read the path as it is recorded, beside which there may be other files than beside a link to it.
-  Scene scene = load_any_scene(record["source"].get<std::string>(), options);
+  const bool known = is_recorded_scene(run, source);
+  // Where the run reads the file that a link leads to, it goes on so.
+  const fs::path place = known && !context.overwrite ? recorded_place(run) : place_of_scene(source);
+  check_name(place.string());
+  const json record = recorded(run, place, options);
+  Scene scene = load_any_scene(place, options);
   if (!context.overwrite) keep_mean_up(run, scene, options);
   check_names(scene);
   refuse_unused(options, scene);
-  const bool changed = run.scene() != record;
-  run.set_scene(record, context.overwrite);
-  if (changed) forget_assumed_height(run, scene);
+  if (known && place != place_of_scene(source) && !context.overwrite)
+    context.progress.say(
+        fmt::format("scene: this run goes on reading {} itself, to which {} is a link (--overwrite: "
+                    "with what lies beside the link)",
+                    place.string(), source.string()));
+  const bool moved = !known && !context.overwrite && has_splats_of(run, scene);
+  if (moved) context.progress.say("scene: the scene of this run is now at " + place.string());
+  json before = run.scene();
+  if (known || moved) before["source"] = record["source"];
+  run.set_scene(record, context.overwrite || known || moved);
+  if (before != record) forget_assumed_height(run, scene);
   for (const std::string& warning : scene.warnings) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
@@ -93,16 +162,15 @@ void refuse_unused(const LoadOptions& options, const Scene& scene) {
 }
 
 Scene load_run_scene(const RunDirectory& run) {
-  const json& record = run.scene();
-  if (!record.is_object())
+  if (!run.scene().is_object())
     throw usage_error(run.path().string(), "scene", "is not recorded", "run `pliant segment SCENE --out DIR` first");
-  LoadOptions options;
-  if (record.contains("orbit_views")) options.orbit_views = record["orbit_views"].get<int>();
-  if (record.contains("level")) options.level = record["level"].get<int>();
-  if (record.contains("up")) options.up = Eigen::Vector3d(record["up"][0], record["up"][1], record["up"][2]);
-  if (record.contains("metres_per_unit")) options.metres_per_unit = record["metres_per_unit"].get<double>();
-  options.object_height = record.value("object_height", 0.0);
-  Scene scene = load_any_scene(record["source"].get<std::string>(), options);
+  const fs::path place = recorded_place(run);
+  if (std::error_code none; !fs::exists(place, none))
+    throw input_error(place.string(), "", "does not exist, and is the scene of " + run.path().string(),
+                      "where it has moved, say so with the options of before: `pliant run NEWSCENE --out " +
+                          run.path().string() + "`");
+  const LoadOptions options = recorded_options(run);
+  Scene scene = load_any_scene(place, options);
   keep_mean_up(run, scene, options);
   scale_by_object(run, scene);
   return scene;
@@ -124,15 +192,15 @@ void forget_assumed_height(RunDirectory& run, Scene& scene) {
 
 bool reads_present(const RunDirectory& run, const std::string& stage, const std::string& role) {
   const json inputs = run.manifest()["stages"][stage].value("inputs", json::object());
-  const std::filesystem::path file = run / (object_folder(run) + "/" + role + ".h5");
-  return !inputs.contains(role) || (std::filesystem::exists(file) && inputs[role] == hash_of_input(file));
+  const fs::path file = run / (object_folder(run) + "/" + role + ".h5");
+  return !inputs.contains(role) || (fs::exists(file) && inputs[role] == hash_of_input(file));
 }
 
 bool is_fitted(const RunDirectory& run) {
   if (!run.has("fit")) return false;
   const json outputs = run.manifest()["stages"]["fit"].value("outputs", json::array());
   return std::any_of(outputs.begin(), outputs.end(), [](const json& output) {
-    return std::filesystem::path(output.get<std::string>()).filename() == "material.h5";
+    return fs::path(output.get<std::string>()).filename() == "material.h5";
   });
 }
 
@@ -148,6 +216,20 @@ void check_simulated(const RunDirectory& run) {
   run.summary("simulate", "run `pliant simulate` first");
   if (!reads_present(run, "simulate", "particles"))
     throw usage_error(run.path().string(), "simulate", "used particles that have since been replaced by `seed`",
+                      "run `pliant simulate` again");
+}
+
+void check_simulated_with(const RunDirectory& run, const Scene& scene) {
+  check_simulated(run);
+  const json& record = run.manifest()["stages"]["simulate"];
+  const json session = record["summary"].value("session", json::object());
+  const json material = record["inputs"].value("material", json());
+  const fs::path file = run / session.value("material_file", std::string());
+  if (session.contains("material_file") && !material.is_null() && fs::exists(file) && material != hash_of_input(file))
+    throw usage_error(run.path().string(), "simulate", "used a material that has since been replaced",
+                      "run `pliant simulate` again");
+  if (record["scene"].value("metres_per_unit", scene.metres_per_unit) != scene.metres_per_unit)
+    throw usage_error(run.path().string(), "simulate", "used a scale that has since been replaced",
                       "run `pliant simulate` again");
 }
 

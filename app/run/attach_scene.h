@@ -8,9 +8,21 @@
 
 namespace pliant {
 
-/// Loads the scene that a run directory was made from.
+/// Where a scene is, through no link to a folder.  A link to a file stays one: what belongs to the splats lies beside
+/// it.
+std::filesystem::path place_of_scene(const std::filesystem::path& source);
+
+/// Where the scene of a run directory is, by its record.
+std::filesystem::path recorded_place(const RunDirectory& run);
+/// The options that it was loaded with.
+LoadOptions recorded_options(const RunDirectory& run);
+/// Whether `source` is, or links to, what a run directory records as its scene.
+bool is_recorded_scene(const RunDirectory& run, const std::filesystem::path& source);
+
+/// Loads the scene that a run directory was made from; an Error{kInput} says what to do where it is no longer there.
 Scene load_run_scene(const RunDirectory& run);
-/// Records `source` in the run directory and loads it.
+/// Records `source` in the run directory and loads it.  A scene elsewhere with the same splats is the same scene, which
+/// has moved.
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options);
 
@@ -39,5 +51,7 @@ bool is_fitted(const RunDirectory& run);
 std::string fit_is_of(const RunDirectory& run, const Scene& scene);
 /// Throws Error{kUsage} where the simulated motion is of other particles than those that are there.
 void check_simulated(const RunDirectory& run);
+/// Likewise where it is of another material or scale, with which nobody could go on moving the object.
+void check_simulated_with(const RunDirectory& run, const Scene& scene);
 
 }  // namespace pliant

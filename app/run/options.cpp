@@ -128,6 +128,30 @@ json field_json(const OptionField& field) {
       field);
 }
 
+void set_field(const OptionField& field, const json& value) {
+  std::visit(
+      [&value](const auto& target) {
+        using Field = std::decay_t<decltype(target)>;
+        if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>) {
+          *target.value = 0;
+          if (!value.is_null()) value.get_to(*target.value);
+        } else if constexpr (std::is_same_v<Field, EntryField>) {
+          target.values->erase(target.name);
+          if (!value.is_null()) (*target.values)[target.name] = value.get<double>();
+        } else if constexpr (std::is_same_v<Field, LevelField>) {
+          target.value->reset();
+          if (!value.is_null()) *target.value = value.get<int>();
+        } else if constexpr (std::is_same_v<Field, std::optional<int>*> ||
+                             std::is_same_v<Field, std::optional<double>*>) {
+          target->reset();
+          if (!value.is_null()) *target = value.get<typename std::remove_pointer_t<Field>::value_type>();
+        } else {
+          value.get_to(*target);
+        }
+      },
+      field);
+}
+
 std::vector<std::string> field_words(const OptionField& field) {
   if (const auto* word = std::get_if<std::string*>(&field))
     return (*word)->empty() ? std::vector<std::string>{} : std::vector<std::string>{**word};

@@ -80,6 +80,9 @@ std::string field_text(const OptionField& field);
 /// Value of a field, null for an unset one.
 nlohmann::json field_json(const OptionField& field);
 
+/// Sets a field to such a value.
+void set_field(const OptionField& field, const nlohmann::json& value);
+
 /// The words of a field that names files: none, one, or several.
 std::vector<std::string> field_words(const OptionField& field);
 

@@ -45,7 +45,7 @@ class Progress {
 /// What every stage is given by the program.
 struct Context {
   Progress& progress;
-  std::function<bool()> interrupted;  ///< true after SIGINT or SIGTERM
+  std::function<bool()> interrupted;  ///< true after SIGINT, SIGTERM or SIGHUP
   uint64_t seed = 1;
   int threads = 0;
   bool overwrite = false;

@@ -1,12 +1,9 @@
 #include "app/run/run_directory.h"
 
 #include <fmt/format.h>
-#include <omp.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -19,16 +16,6 @@ namespace {
 
 constexpr const char* kLock = ".lock";
 
-/// Restarts the kernel's record of this process's peak memory; without permission the peak stays that of the process.
-void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
-
-double peak_memory_megabytes() {
-  std::ifstream in("/proc/self/status");
-  for (std::string line; std::getline(in, line);)
-    if (line.rfind("VmHWM:", 0) == 0) return std::stod(line.substr(6)) / 1024;
-  return 0;
-}
-
 /// Whether a name is that of a temporary of write_atomically: .NAME.tmp<digits>.EXTENSION.
 bool is_temporary(const std::string& name) {
   const size_t at = name.rfind(".tmp");
@@ -37,18 +24,15 @@ bool is_temporary(const std::string& name) {
   return end != at + 4 && (end == std::string::npos || name[end] == '.');
 }
 
-/// When a file was last written; the start of the clock for none.
-fs::file_time_type time_of(const fs::path& file) {
+/// Removes what a killed program was about to write into a run directory: it is nobody's.
+void remove_temporaries(const fs::path& run) {
+  std::vector<fs::path> folders = {run, run / "fit", run / "recordings"}, left;
   std::error_code none;
-  const fs::file_time_type time = fs::last_write_time(file, none);
-  return none ? fs::file_time_type() : time;
-}
-
-/// The names that move_aside gave.
-std::vector<std::string> aside_names(const std::map<std::string, std::string>& moved) {
-  std::vector<std::string> names;
-  for (const auto& [name, aside] : moved) names.push_back(aside);
-  return names;
+  for (const auto& object : fs::directory_iterator(run / "objects", none)) folders.push_back(object.path());
+  for (const fs::path& folder : folders)
+    for (const auto& entry : fs::directory_iterator(folder, none))
+      if (is_temporary(entry.path().filename().string())) left.push_back(entry.path());
+  for (const fs::path& file : left) fs::remove(file, none);
 }
 
 bool is_digest(const json& value) { return value.is_string() && value.get_ref<const std::string&>().size() == 64; }
@@ -60,13 +44,14 @@ bool is_inside(const json& name) {
   return path.is_relative() && !path.empty() && *path.begin() != ".." && *path.begin() != ".";
 }
 
+bool are_inside(const json& names) { return std::all_of(names.begin(), names.end(), is_inside); }
+
 /// The field for which the record of a finished stage is of no use, or empty.
 std::string unusable_field(const json& record) {
   for (const char* field : {"options", "scene", "found", "inputs", "outputs", "summary"})
     if (!record.is_object() || !record.contains(field)) return field;
   for (const char* field : {"outputs", "kept"})
-    for (const json& name : record.value(field, json::array()))
-      if (!is_inside(name)) return field;
+    if (!are_inside(record.value(field, json::array()))) return field;
   const json& summary = record["summary"];
   return summary.is_object() && summary.contains("folder") && !is_inside(summary["folder"]) ? "summary.folder" : "";
 }
@@ -100,6 +85,11 @@ json record_of(const StageKey& key, uint64_t seed) {
   json inputs = json::object();
   for (const auto& [role, file] : key.inputs) inputs[role] = hash_of_input(file);
   return {{"seed", seed}, {"options", key.options}, {"scene", key.scene}, {"found", key.found}, {"inputs", inputs}};
+}
+
+void leave_out_video_path(json& record) {
+  const json::json_pointer video("/scene/video");
+  if (record.contains(video) && record[video].is_object()) record[video].erase("file");
 }
 
 std::string first_difference(const json& before, const json& now) {
@@ -138,12 +128,20 @@ void RunDirectory::read() {
   for (const auto& [stage, record] : read["stages"].items())
     if (const std::string field = unusable_field(record); !field.empty())
       throw input_error(file, "stages." + stage + "." + field, "is missing or leads out of the run directory", advice);
+  const json begun = read.value("begun", json::object());
+  for (const auto& [stage, record] : begun.items())
+    if (!record.is_object() || !are_inside(record.value("outputs", json::array())))
+      throw input_error(file, "begun." + stage + ".outputs", "leads out of the run directory", advice);
+  for (const char* group : {"stages", "begun"})
+    if (read.contains(group))
+      for (json& record : read[group]) leave_out_video_path(record);
   manifest_ = std::move(read);
 }
 
 void RunDirectory::hold() {
   if (lock_) return;
   lock_ = std::make_shared<const FileLock>(path_ / kLock, path_.string());
+  remove_temporaries(path_);
   // Another program may have written to it since it was read.
   const fs::path record = path_ / "run.json";
   if (fs::exists(record) && json::parse(read_text(record), nullptr, false) != manifest_) read();
@@ -152,26 +150,29 @@ void RunDirectory::hold() {
 RunDirectory RunDirectory::create(const fs::path& path) {
   if (fs::exists(path) && !fs::is_directory(path))
     throw usage_error("--out", path.string(), "is a file", "give a folder");
-  // What a killed program was about to write is nobody's.
-  std::vector<fs::path> leftovers;
   bool empty = true;
   if (fs::exists(path)) {
     for (const auto& entry : fs::directory_iterator(path)) {
       const std::string name = entry.path().filename().string();
-      if (is_temporary(name))
-        leftovers.push_back(entry.path());
-      else if (name != kLock)
-        empty = false;
+      // A `run` that was killed while it trained its scene has made nothing else.
+      const bool trained = name == "scene" && fs::exists(entry.path() / "run.json");
+      empty = empty && (is_temporary(name) || name == kLock || trained);
     }
   }
   if (!empty && !fs::exists(path / "run.json"))
     throw usage_error("--out", path.string(), "contains files but no run.json", "give a new or an empty folder");
   std::error_code failed;
-  fs::create_directories(path, failed);
+  const bool made = fs::create_directories(path, failed);
   if (failed) throw usage_error("--out", path.string(), failed.message(), "give a writable folder");
   RunDirectory run(path);
+  if (made)
+    run.made_ = std::shared_ptr<const void>(nullptr, [path](const void*) {
+      std::error_code kept;
+      if (fs::exists(path / "run.json", kept)) return;
+      fs::remove(path / kLock, kept);
+      fs::remove(path, kept);  // nothing happens where there are other files
+    });
   run.hold();
-  for (const fs::path& file : leftovers) fs::remove(file, failed);
   return run;
 }
 
@@ -190,9 +191,10 @@ void RunDirectory::save() const { write_text(path_ / "run.json", manifest_.dump(
 
 void RunDirectory::set_scene(const json& scene, bool overwrite) {
   hold();
-  if (!manifest_["scene"].is_null() && !overwrite && manifest_["scene"]["source"] != scene["source"])
-    throw usage_error(path_.string(), "",
-                      "is a run of " + manifest_["scene"]["source"].dump() + ", not of " + scene["source"].dump(),
+  const auto place = [&](const json& record) { return path_ / record["source"].get<std::string>(); };
+  const json& before = manifest_["scene"];
+  if (!before.is_null() && !overwrite && place(before) != place(scene))
+    throw usage_error(path_.string(), "", "is a run of " + place(before).string() + ", not of " + place(scene).string(),
                       "give another --out, or --overwrite to start over");
   manifest_["scene"] = scene;
   save();
@@ -251,94 +253,6 @@ void RunDirectory::set_note(const std::string& name, const json& value) {
 const json& RunDirectory::summary(const std::string& stage, const std::string& hint) const {
   if (!has(stage)) throw usage_error(path_.string(), "", "stage '" + stage + "' has not run here", hint);
   return manifest_["stages"][stage]["summary"];
-}
-
-RunDirectory::Replaced RunDirectory::begin_replacing(const Context& context, const StageKey& key) {
-  Replaced replaced{manifest_["stages"][key.name], {}, {}};
-  for (const std::string output : replaced.record["outputs"]) replaced.written.emplace(output, time_of(path_ / output));
-  if (!context.overwrite) {
-    // What is kept of the result that is there may be of another object, or of another kind.
-    std::set<std::string> kept(key.kept.begin(), key.kept.end());
-    for (const std::string name : replaced.record.value("kept", json::array())) kept.insert(name);
-    replaced.moved = move_aside({kept.begin(), kept.end()});
-    if (!replaced.moved.empty())
-      context.progress.say(
-          fmt::format("{}: previous results kept as {}", key.name, fmt::join(aside_names(replaced.moved), ", ")));
-  }
-  manifest_["stages"].erase(key.name);
-  return replaced;
-}
-
-void RunDirectory::put_back(const Context& context, const std::string& stage, const Replaced& replaced) {
-  if (replaced.record.is_null()) return;
-  for (const auto& [name, aside] : replaced.moved) {
-    // An interrupted stage goes on from what it has made; one that fails has made nothing.
-    if (context.interrupted() && fs::exists(path_ / name)) return;
-    fs::remove_all(path_ / name);
-    fs::rename(path_ / aside, path_ / name);
-  }
-  // Where some of its files were written anew already, the previous result is no more.
-  for (const auto& [output, written] : replaced.written)
-    if (time_of(path_ / output) != written) return;
-  manifest_["stages"][stage] = replaced.record;
-  manifest_["begun"].erase(stage);
-  save();
-  context.progress.say(stage + ": the previous result stays");
-}
-
-json RunDirectory::stage(const Context& context, const StageKey& key,
-                         const std::function<json(const std::string& provenance)>& body) {
-  hold();
-  const json now = record_of(key, context.seed);
-  Replaced replaced;
-  if (has(key.name)) {
-    const json& before = manifest_["stages"][key.name];
-    const std::string changed = first_difference(before, now);
-    // Files of the same kind may be there from elsewhere: of an object that had another name.
-    const bool complete = before["outputs"] == json(key.outputs) &&
-                          std::all_of(key.outputs.begin(), key.outputs.end(),
-                                      [&](const std::string& output) { return fs::exists(path_ / output); });
-    if (changed.empty() && complete) {
-      context.progress.say(fmt::format("{}: unchanged, skipped", key.name));
-      return before["summary"];
-    }
-    if (!changed.empty()) context.progress.say(fmt::format("{}: {}, running again", key.name, changed));
-    replaced = begin_replacing(context, key);
-  }
-  manifest_["begun"][key.name] = now;
-  save();  // what an interrupted stage leaves lies in a run directory
-
-  reset_peak_memory();
-  const auto start = std::chrono::steady_clock::now();
-  json provenance = now;
-  provenance.update({{"pliant", PLIANT_VERSION}, {"stage", key.name}});
-  json summary;
-  try {
-    summary = body(provenance.dump());
-  } catch (...) {
-    put_back(context, key.name, replaced);
-    throw;
-  }
-  // What other choices wrote is no result of these; objects keep theirs.
-  for (const auto& [output, written] : replaced.written)
-    if (std::find(key.outputs.begin(), key.outputs.end(), output) == key.outputs.end() &&
-        !output.starts_with("objects/"))
-      fs::remove_all(path_ / output);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  manifest_["begun"].erase(key.name);
-  json& record = manifest_["stages"][key.name] = now;
-  record.update({{"outputs", key.outputs},
-                 {"kept", key.kept},
-                 {"summary", summary},
-                 {"wall_s", seconds},
-                 {"peak_memory_mb", peak_memory_megabytes()},
-                 {"threads", omp_get_max_threads()}});
-  save();
-  context.progress.say(fmt::format("{}: {:.1f} s", key.name, seconds));
-  if (context.interrupted())
-    throw Error(Failure::kInterrupted, key.name, "", "interrupted once it was done",
-                "run the same command to continue after it");
-  return summary;
 }
 
 }  // namespace pliant

@@ -30,6 +30,8 @@ struct StageKey {
 
 /// What is recorded of a key: {seed, options, scene, found, inputs (hashes)}.
 nlohmann::json record_of(const StageKey& key, uint64_t seed);
+/// Erases from such a record where the video of the scene lies, which does not count.
+void leave_out_video_path(nlohmann::json& record);
 /// What differs between two such records, as a sentence; empty when nothing does.
 std::string first_difference(const nlohmann::json& before, const nlohmann::json& now);
 /// The same of two JSON objects whose entries are called `kind`: "option 'fps' was 30, now 12".
@@ -43,7 +45,8 @@ bool is_run_directory(const std::filesystem::path& path);
 /// is a usage error.
 class RunDirectory {
  public:
-  /// Creates `path` if needed.  An existing directory of another kind (files, but no run.json) is a usage error.
+  /// Creates `path` if needed; one that nothing is written to goes again.  An existing directory of another kind
+  /// (files, but no run.json) is a usage error.
   static RunDirectory create(const std::filesystem::path& path);
   /// Opens an existing run directory; a usage error names what is missing.
   static RunDirectory open(const std::filesystem::path& path);
@@ -51,17 +54,23 @@ class RunDirectory {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& relative) const { return path_ / relative; }
 
-  /// The scene this directory was made from: {source, up, metres_per_unit}.
+  /// Keeps other processes from writing to it, as the first writing does by itself; before files of it are written
+  /// outside of a stage.  What a killed program was about to write goes.
+  void hold();
+
+  /// The scene this directory was made from: {source, up, metres_per_unit}; a source within the directory is relative
+  /// to it.
   const nlohmann::json& scene() const { return manifest_["scene"]; }
   /// Records the scene; one of another source than the recorded one is a usage error unless `overwrite`.
   void set_scene(const nlohmann::json& scene, bool overwrite);
 
   /// Runs `body` unless the same record and all outputs are there.  Where the record differs, the difference is said,
   /// and what key.kept names is moved aside first, unless context.overwrite.  A `body` that fails, unless it was
-  /// interrupted, leaves the previous result as it was; after one that succeeds, earlier outputs that are none of
-  /// key.outputs are removed, but for those of objects.  `body` is given the provenance for the
-  /// files that it writes (version, stage and record of the key, no times) and returns the stage's summary.
-  /// Returns the summary, old or new.
+  /// interrupted, leaves the previous result as it was; what it had made of the folders moved aside is kept as
+  /// NAME.failed, and is there again when the same key is next attempted.  After one that succeeds, outputs of other
+  /// choices are removed, finished or not, but for those of objects.  `body` is given the provenance for the files that
+  /// it writes (version, stage and record of the key, no times) and returns the stage's summary.  Returns the summary,
+  /// old or new.
   nlohmann::json stage(const Context& context, const StageKey& key,
                        const std::function<nlohmann::json(const std::string& provenance)>& body);
 
@@ -94,16 +103,21 @@ class RunDirectory {
   };
 
   explicit RunDirectory(std::filesystem::path path);
-  Replaced begin_replacing(const Context& context, const StageKey& key);
+  /// What other choices than `key` have written of this stage, also where the program was killed.
+  std::vector<std::string> outputs_of_others(const StageKey& key) const;
+  Replaced begin_replacing(const Context& context, const StageKey& key, const nlohmann::json& now);
+  /// Moves folders that put_back kept of an attempt with the same record to their places.
+  void take_up_failed(const Context& context, const std::string& stage, const nlohmann::json& now,
+                      const Replaced& replaced);
   /// Moves back what begin_replacing moved, and records it again.
-  void put_back(const Context& context, const std::string& stage, const Replaced& replaced);
+  void put_back(const Context& context, const std::string& stage, const nlohmann::json& now, const Replaced& replaced);
   void read();
   void save() const;
-  void hold();  // before anything is changed
 
   std::filesystem::path path_;
   nlohmann::json manifest_;
   std::shared_ptr<const FileLock> lock_;  ///< held since it was first written to
+  std::shared_ptr<const void> made_;      ///< by `create`: with the last copy goes a folder that nothing came into
 };
 
 /// SHA-256 over a file, or over names and contents of all files of a folder in order.

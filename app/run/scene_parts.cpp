@@ -35,7 +35,15 @@ void record_file(const std::string& role, const fs::path& file, SceneRecord& rec
   if (!file.empty()) record.files[role] = file;
 }
 
+/// Nothing where it is black, so that a scene without the key stays the same.
+void record_background(const Scene& scene, SceneRecord& record) {
+  const Vec3d color = scene.settings.background.value_or(Vec3d::Zero());
+  if (color != Vec3d::Zero()) record.values["background"] = list_of(color);
+}
+
 void record_splats(const Scene& scene, SceneRecord& record) {
+  if (scene.settings.antialiased) record.values["antialiased"] = scene.report.antialiased;
+  record_background(scene, record);
   record.values["level"] = scene.report.level;
   for (const fs::path& file : scene.report.files)
     record.files["splats " + file.lexically_proximate(scene.settings.splats.parent_path()).string()] = file;
@@ -78,14 +86,20 @@ const std::vector<PartRow>& rows() {
          to.cloud = from.cloud;
          to.report = from.report;
          to.settings.splats = from.settings.splats;
+         to.settings.antialiased = from.settings.antialiased;
+         to.settings.background = from.settings.background;
        },
        record_splats},
-      {ScenePart::kAntialiased,
+      {ScenePart::kDrawing,
        [](const Scene& from, Scene& to) {
          to.report.antialiased = from.report.antialiased;
          to.report.z_is_up = from.report.z_is_up;
+         to.settings.background = from.settings.background;
        },
-       [](const Scene& scene, SceneRecord& record) { record.values["antialiased"] = scene.report.antialiased; }},
+       [](const Scene& scene, SceneRecord& record) {
+         record.values["antialiased"] = scene.report.antialiased;
+         record_background(scene, record);
+       }},
       {ScenePart::kCameras,
        [](const Scene& from, Scene& to) {
          to.cameras = from.cameras;
@@ -128,8 +142,7 @@ const std::vector<PartRow>& rows() {
       {ScenePart::kVideo, [](const Scene& from, Scene& to) { to.settings.video = from.settings.video; },
        [](const Scene& scene, SceneRecord& record) {
          if (const auto& video = scene.settings.video)
-           record.values["video"] = {
-               {"file", fs::weakly_canonical(video->file).string()}, {"camera", video->camera}, {"fps", video->fps}};
+           record.values["video"] = {{"camera", video->camera}, {"fps", video->fps}};
        }},
       {ScenePart::kVideoCamera,
        [](const Scene& from, Scene& to) {

@@ -13,10 +13,10 @@ namespace pliant {
 
 /// What a stage may read of a scene.
 enum class ScenePart {
-  kSplats,       ///< cloud, report, settings.splats
-  kAntialiased,  ///< report.antialiased, for scenes that are drawn from other files
-  kCameras,      ///< cameras, cameras_are_orbit; without photos
-  kPhotos,       ///< the photos of the cameras
+  kSplats,   ///< cloud, report, settings.splats, and kDrawing
+  kDrawing,  ///< report.antialiased and settings.background: how the scene is drawn, also from other files
+  kCameras,  ///< cameras, cameras_are_orbit; without photos
+  kPhotos,   ///< the photos of the cameras
   kUp,
   kMetresPerUnit,
   kFolder,  ///< source, for what a scene folder of PhysDreamer holds besides
@@ -26,7 +26,7 @@ enum class ScenePart {
   kObject,
   kPinned,
   kMaterial,
-  kVideo,       ///< name of the file, camera and frame rate; not what is in the file
+  kVideo,       ///< the file, camera and frame rate; a stage that reads the file has it among its inputs
   kVideoCamera  ///< of that the camera alone
 };
 

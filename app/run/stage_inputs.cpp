@@ -16,4 +16,12 @@ void record_options(const OptionTable& table, StageKey& key) {
   }
 }
 
+void take_recorded(const nlohmann::json& options, const OptionTable& table) {
+  for (const Option& option : table.options) {
+    if (option.recorded != Recorded::kValue || !options.contains(option.name)) continue;
+    const nlohmann::json& value = options[option.name];
+    set_field(option.field, option.off ? nlohmann::json(!value.get<bool>()) : value);
+  }
+}
+
 }  // namespace pliant

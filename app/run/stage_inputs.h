@@ -23,6 +23,8 @@ struct StageInputs {
 
 /// Records every option of `table`.
 void record_options(const OptionTable& table, StageKey& key);
+/// Sets the options of `table` whose values such a record, of StageKey::options, holds.
+void take_recorded(const nlohmann::json& options, const OptionTable& table);
 
 template <class Stage>
 StageKey key_of(StageInputs<Stage> in) {

@@ -50,6 +50,23 @@ BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Regio
   return body;
 }
 
+std::vector<int> followed_samples(const SolidSamples& samples, const SimulatedPart& part, const BodyPieces& body) {
+  if (!body.any_loose()) return {};
+  const SolidSamples kept = samples.select(part.kept);
+  const NearestPoints simulated(kept.position);
+  std::vector<NearestPoints::Hit> nearest(body.pieces.size(), {-1, INFINITY}), hits;
+  for (size_t i = 0; i < body.samples.size(); ++i) {
+    const int p = body.pieces.piece[i];
+    if (!body.loose[p]) continue;
+    simulated.query(samples.position[body.samples[i]], 1, hits);
+    if (hits[0].distance < nearest[p].distance) nearest[p] = hits[0];
+  }
+  std::vector<int> follows(samples.size(), -1);
+  for (size_t i = 0; i < body.samples.size(); ++i)
+    if (const int p = body.pieces.piece[i]; body.loose[p]) follows[body.samples[i]] = part.kept[nearest[p].index];
+  return follows;
+}
+
 void tell_loose(const Context& context, const BodyPieces& body) {
   constexpr int kPercent = 100;
   const bool any_held = std::find(body.held.begin(), body.held.end(), 1) != body.held.end();

@@ -21,9 +21,13 @@ struct BodyPieces {
   bool any_loose() const;
 };
 
-/// Pieces of what `part` simulates.  Those that hang on nothing are taken out of it: their Gaussians follow the nearest
-/// driving particles then.
+/// Pieces of what `part` simulates.  Those that hang on nothing are taken out of it: each moves as one with the nearest
+/// sample that is left, see followed_samples.
 BodyPieces find_body_pieces(const SolidSamples& samples, const std::vector<Region>& pins, SimulatedPart& part);
+
+/// [samples] for those of every loose piece the sample of `part` that is nearest to the piece, -1 for others; empty
+/// when no piece is loose.
+std::vector<int> followed_samples(const SolidSamples& samples, const SimulatedPart& part, const BodyPieces& body);
 
 /// Says what is loose, and what of its own body nothing holds while another piece is held, and where.
 void tell_loose(const Context& context, const BodyPieces& body);

@@ -132,7 +132,7 @@ StageInputs<FillStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   StageInputs<FillStage> in;
   in.options = stage;
   // Pictures of the cameras tell how large the solid is.
-  in.parts = {ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kUp, ScenePart::kPinned};
+  in.parts = {ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kUp, ScenePart::kPinned};
   in.scene = only(in.parts, scene);
   const std::string folder = object_folder(run);
   in.files["object"] = run / (folder + "/object.ply");

@@ -70,6 +70,7 @@ Seeded place_drivers(const Context& context, const GaussianCloud& object, const 
   file.solid_volume = samples.volume;
   file.solid_driver.assign(samples.size(), -1);
   for (size_t k = 0; k < kept.size(); ++k) file.solid_driver[kept[k]] = drivers.sample_driver[k];
+  file.solid_follows = followed_samples(samples, out.part, out.body);
   file.driving_position = std::move(drivers.position);
   file.driving_volume = std::move(drivers.volume);
   file.driving_thickness = std::move(drivers.thickness);

@@ -28,6 +28,7 @@ Shot clip_shot(const ShotOptions& options, const Scene& scene, const TrajectoryF
   std::optional<CameraPath> path;
   if (!options.path.empty()) path = read_camera_path(options.path);
   Shot shot;
+  if (path) shot.warnings = path->warnings;
   shot.fps = options.fps.value_or(path ? path->fps : motion.fps);
   const double end = std::max(motion.frames.back().time, path ? path->duration() : 0);
   const int frames = static_cast<int>(std::floor(end * shot.fps + 1e-6)) + 1;

@@ -26,6 +26,7 @@ struct Shot {
   double fps = 0;
   std::vector<double> times;    ///< [T] s of the motion, which stands still after its last frame
   std::vector<Camera> cameras;  ///< [T]
+  std::vector<std::string> warnings{};
 };
 
 /// The clip's shot: with a camera path it lasts as long as the longer of the path and the motion.  A usage error names

@@ -68,12 +68,14 @@ ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int coun
     pins.push_back(parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5"));
   const SolidSamples all = samples_of(file);
   // Some of the samples are enough to place fewer drivers; all of them then go where the nearest of those goes.
-  const size_t stride = std::max<size_t>(1, all.size() / (kSamplesPerDriver * static_cast<size_t>(count)));
-  const std::vector<int> order = morton_order(all.position);
+  std::vector<int> order = morton_order(all.position);
+  const auto follows = [&](int i) { return !file.solid_follows.empty() && file.solid_follows[i] >= 0; };
+  std::erase_if(order, follows);
+  const size_t stride = std::max<size_t>(1, order.size() / (kSamplesPerDriver * static_cast<size_t>(count)));
   std::vector<int> some;
   for (size_t k = stride / 2; k < order.size(); k += stride) some.push_back(order[k]);
   SolidSamples samples = all.select(some);
-  for (float& volume : samples.volume) volume *= static_cast<float>(all.size()) / static_cast<float>(some.size());
+  for (float& volume : samples.volume) volume *= static_cast<float>(order.size()) / static_cast<float>(some.size());
   samples.spacing = all.spacing * std::cbrt(static_cast<float>(stride));
   const SimulatedPart part = select_simulated(samples, pins, count);
   DriverOptions options;
@@ -83,7 +85,7 @@ ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int coun
   for (size_t k = 0; k < part.kept.size(); ++k) driver[part.kept[k]] = drivers.sample_driver[k];
   ParticleFile out = file;
   const std::vector<int> nearest = k_nearest(samples.position, all.position, 1);
-  for (size_t i = 0; i < all.size(); ++i) out.solid_driver[i] = driver[nearest[i]];
+  for (size_t i = 0; i < all.size(); ++i) out.solid_driver[i] = follows(static_cast<int>(i)) ? -1 : driver[nearest[i]];
   for (size_t k = 0; k < some.size(); ++k) out.solid_driver[some[k]] = driver[k];
   out.driving_position = drivers.position;
   out.driving_volume = drivers.volume;

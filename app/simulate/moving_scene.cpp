@@ -13,7 +13,29 @@
 namespace pliant {
 using nlohmann::json;
 
+namespace {
+
+/// Where the Gaussians are bound: where they lie, but those of a disconnected piece where the simulated part is nearest
+/// to it.
+std::vector<Vec3f> bound_positions(const ParticleFile& particles, const GaussianCloud& object) {
+  constexpr float kShown = 1.5f;  // cells, from a sample to the Gaussians that show it
+  std::vector<Vec3f> at = object.position;
+  if (particles.solid_follows.empty()) return at;
+  const std::vector<int> nearest = k_nearest(particles.solid_position, object.position, 1);
+  for (size_t i = 0; i < at.size(); ++i) {
+    if (nearest[i] < 0) continue;
+    const int followed = particles.solid_follows[nearest[i]];
+    const float distance = (particles.solid_position[nearest[i]] - at[i]).norm();
+    if (followed >= 0 && distance <= kShown * static_cast<float>(particles.cell_size))
+      at[i] = particles.solid_position[followed];
+  }
+  return at;
+}
+
+}  // namespace
+
 Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object) {
+  const std::vector<Vec3f> at = bound_positions(particles, object);
   // A Gaussian belongs to the part whose solid is nearest: of two leaves that nearly touch, to that which it shows.
   std::vector<int> own;
   if (!particles.driving_links.empty()) {
@@ -24,10 +46,9 @@ Binding bind_object(const Scene& scene, const ParticleFile& particles, const Gau
       simulated.push_back(particles.solid_position[s]);
       driver.push_back(particles.solid_driver[s]);
     }
-    for (const int s : k_nearest(simulated, object.position, 1)) own.push_back(driver[s]);
+    for (const int s : k_nearest(simulated, at, 1)) own.push_back(driver[s]);
   }
-  Binding binding =
-      pliant::bind({}, object.position, particles.driving_position, {.links = particles.driving_links, .own = own});
+  Binding binding = pliant::bind({}, at, particles.driving_position, {.links = particles.driving_links, .own = own});
   for (const json& row : json::parse(particles.pinned_json)) {
     const Region region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5");
     for (size_t i = 0; i < object.size(); ++i)
@@ -54,17 +75,12 @@ GaussianCloud MovingScene::all_at(const TrajectoryFile::Frame& frame) const {
   return all;
 }
 
-namespace {
-
-/// Repaired, where that was done since the object was extracted.
 std::filesystem::path background_of(const RunDirectory& run) {
   const std::filesystem::path with_hole = run / "background.ply";
   if (!run.has("repair")) return with_hole;
   const json read = run.manifest()["stages"]["repair"].value("inputs", json::object()).value("background", json());
   return read == hash_of_input(with_hole) ? run / "background_repaired.ply" : with_hole;
 }
-
-}  // namespace
 
 InputFiles moving_scene_files(const RunDirectory& run) {
   check_simulated(run);

@@ -23,11 +23,15 @@ struct MovingScene {
   GaussianCloud all_at(const TrajectoryFile::Frame& frame) const;
 };
 
-/// The object's Gaussians to its driving particles; those in a pinned region are rigid and follow none.
+/// The object's Gaussians to its driving particles.  Those of a disconnected piece move as one with the nearest
+/// simulated part; those in a pinned region are rigid and follow none.
 Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object);
 
-/// The files of a moving scene by role: object, background, particles, trajectory.  The background has its hole where
-/// it has not been repaired since the object was extracted.  A usage error says so when the run has not been simulated.
+/// The scene without the object: repaired, where that was done since the object was extracted, else with its hole.
+std::filesystem::path background_of(const RunDirectory& run);
+
+/// The files of a moving scene by role: object, background, particles, trajectory.  A usage error says so when the run
+/// has not been simulated.
 InputFiles moving_scene_files(const RunDirectory& run);
 
 /// `files` as moving_scene_files gave them; of the scene antialiased, up and metres_per_unit are used.

@@ -1,14 +1,16 @@
 #include "app/simulate/pictures.h"
 
 #include <algorithm>
+#include <cctype>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/simulate/clip_shot.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/camera_path.h"
-#include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/cameras/colmap.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
 #include "gaussians/render/render.h"
@@ -18,18 +20,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
-CameraPath chosen_cameras(const Scene& scene, const PictureOptions& options) {
+/// Endings of other pictures and videos, which are no names of folders.
+const std::set<std::string> kOtherMedia = {".avi", ".bmp", ".gif", ".jpeg", ".jpg",  ".m4v", ".mkv",
+                                           ".mov", ".png", ".tif", ".tiff", ".webm", ".webp"};
+
+CameraPath chosen_cameras(const Scene& scene, const PictureOptions& options, bool video) {
   const std::string& which = options.cameras;
   CameraPath path;
   path.cameras = scene.cameras;
-  if (which.empty() || which == "scene") return path;
+  if (which.empty() || which == "scene") {
+    if (video && is_colmap(scene.settings.cameras)) order_by_photo(path.cameras);
+    return path;
+  }
   if (which == "orbit" && !scene.cameras_are_orbit) {
     OrbitOptions orbit;
     orbit.views = options.orbit_views.value_or(orbit.views);
     path.cameras = orbit_cameras(orbit, scene.cloud, scene.up);
   } else if (which != "orbit") {
-    if (is_camera_path(which)) return read_camera_path(which);
-    path.cameras = read_cameras(which).cameras;
+    return is_camera_path(which) ? read_camera_path(which) : read_views(which);
   }
   return path;
 }
@@ -50,22 +58,44 @@ ImageF depth_picture(const RenderResult& result) {
 
 }  // namespace
 
+bool is_video_out(const fs::path& out) {
+  std::string ending = out.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool video = ending == ".mp4";
+  const auto refuse = [&](const char* why, const char* remedy) {
+    throw usage_error("--out", out.string(), why, remedy);
+  };
+  if (kOtherMedia.count(ending)) refuse("ends in the name of a format that is not written", "give a folder or an .mp4");
+  std::error_code ignored;
+  if (video && fs::is_directory(out, ignored)) refuse("is a folder", "give another name for the video");
+  if (!video && fs::exists(out, ignored) && !fs::is_directory(out, ignored))
+    refuse("is a file", "give a folder for the images, or an .mp4");
+  return video;
+}
+
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const fs::path& out) {
-  const CameraPath path = chosen_cameras(scene, options);
+  const bool video = is_video_out(out);
+  const CameraPath path = chosen_cameras(scene, options, video);
+  for (const std::string& warning : path.warnings) context.progress.warn(warning);
   std::vector<Camera> cameras;
   for (const Camera& camera : path.cameras) cameras.push_back(sized(camera, options.size));
   if (cameras.empty())
     throw usage_error("--cameras", options.cameras, "has no cameras", "give 'orbit' or a camera file");
-  const bool video = out.extension() == ".mp4";
   if (video)  // frames have one size
     for (Camera& camera : cameras) camera = camera.framed(cameras[0].width, cameras[0].height);
   RenderOptions render_options;
-  render_options.background = Vec3f(options.background[0], options.background[1], options.background[2]);
-  render_options.antialiased = options.antialiased || scene.report.antialiased;
+  render_options.background = scene.settings.background_color();
+  if (const std::vector<double>& b = options.background; !b.empty())
+    render_options.background = Vec3d(b[0], b[1], b[2]).cast<float>();
+  render_options.antialiased = scene.report.antialiased;
 
-  if (out.has_parent_path()) fs::create_directories(out.parent_path());
-  if (!video) fs::create_directories(out);
+  const fs::path folder = video ? out.parent_path() : out;
+  std::error_code failed;
+  if (!folder.empty()) fs::create_directories(folder, failed);
+  if (failed)
+    throw usage_error("--out", out.string(), "cannot be made: " + failed.message(),
+                      "give a folder that can be written");
   std::unique_ptr<VideoWriter> writer;
   if (video) writer = std::make_unique<VideoWriter>(out, path.fps, cameras[0].width, cameras[0].height);
 

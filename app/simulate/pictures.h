@@ -12,14 +12,18 @@
 namespace pliant {
 
 struct PictureOptions {
-  std::string cameras;  ///< empty or "scene", "orbit", a camera file or a camera path
-  std::string size;     ///< see sized(); empty = that of the cameras
-  std::vector<double> background = {0, 0, 0};
-  bool depth = false, antialiased = false;
+  std::string cameras;             ///< empty or "scene", "orbit", a camera file or a camera path
+  std::string size;                ///< see sized(); empty = that of the cameras
+  std::vector<double> background;  ///< [3] in 0..1; empty = the scene's
+  bool depth = false;
   std::optional<int> orbit_views;  ///< of "orbit"; default 24
 };
 
-/// Renders a scene from its cameras: one PNG per camera in the folder `out`, or a video when `out` ends in .mp4.
+/// Whether `out` names a video, .mp4 in upper or lower case, and not a folder for images.  A usage error for other
+/// endings of pictures and videos, and for what is there and is neither.
+bool is_video_out(const std::filesystem::path& out);
+
+/// Renders a scene from its cameras: one PNG per camera in the folder `out`, or a video (is_video_out).
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const std::filesystem::path& out);
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -15,6 +17,7 @@
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
 #include "gaussians/render/render.h"
+#include "gaussians/vision/resize.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -22,7 +25,8 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kSwing = 25;  // degrees
+constexpr double kSwing = 25;    // degrees
+constexpr double kWidest = 640;  // pixels of a picture of the contact sheet
 
 /// A few moments of the clip side by side, for the report.
 void write_contact_sheet(const std::filesystem::path& file, const std::vector<ImageF>& pictures) {
@@ -36,12 +40,14 @@ void write_contact_sheet(const std::filesystem::path& file, const std::vector<Im
   write_image(file, sheet);
 }
 
-/// Eight moments of a clip, evenly spread.
+/// Eight moments of a clip, evenly spread, at most 640 pixels wide.
 class Moments {
  public:
   explicit Moments(size_t frames) : frames_(frames) {}
   void offer(size_t f, const ImageF& picture) {
-    if (pictures.size() < 8 && f >= pictures.size() * frames_ / 8) pictures.push_back(picture);
+    if (pictures.size() == 8 || f < pictures.size() * frames_ / 8) return;
+    const int height = std::max(1, static_cast<int>(std::lround(picture.height * kWidest / picture.width)));
+    pictures.push_back(picture.width > kWidest ? resized(picture, static_cast<int>(kWidest), height) : picture);
   }
   std::vector<ImageF> pictures;
 
@@ -58,8 +64,10 @@ json render_clip(const Context& context, const RunDirectory& run, const StageInp
   const MovingScene moving = load_moving_scene(in.files, scene);
   RenderOptions options;
   options.antialiased = moving.antialiased;
+  options.background = scene.settings.background_color();
   const Box bounds = robust_bounds(moving.object);
   const Shot shot = clip_shot(stage.shot, scene, moving.trajectory, bounds);
+  for (const std::string& warning : shot.warnings) context.progress.warn(warning);
   const Camera& first = shot.cameras[0];
   const size_t frames = shot.times.size();
 
@@ -120,7 +128,7 @@ json render_clip(const Context& context, const RunDirectory& run, const StageInp
 StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, const RenderStage& stage) {
   StageInputs<RenderStage> in;
   in.options = stage;
-  in.parts = {ScenePart::kAntialiased, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit};
+  in.parts = {ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit};
   if (stage.shot.camera.empty() && stage.shot.path.empty()) in.parts.insert(ScenePart::kVideoCamera);
   in.scene = only(in.parts, scene);
   in.files = moving_scene_files(run);

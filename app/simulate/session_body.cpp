@@ -61,6 +61,7 @@ ElasticSamples simulated_material(const RunDirectory& run, const json& session, 
 SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles) {
   constexpr double kFps = 60;
   SessionSetup setup;
+  check_simulated_with(run, scene);
   const json& simulated = run.summary("simulate", "run `pliant simulate` first");
   if (!simulated.contains("session")) {
     setup.refused = "this motion was simulated by an earlier version";

@@ -25,7 +25,7 @@ ElasticSamples simulated_material(const RunDirectory& run, const nlohmann::json&
                                   const std::vector<Vec3f>& positions);
 
 /// Of the simulation that is in the run directory.  What the script does for a time, as pushes and pins that end, is
-/// not part of a session.
+/// not part of a session.  Throws Error{kUsage} where its material or scale has since been replaced.
 SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles);
 
 /// The state of a level's particles in frame `f` of the motion: velocities are central differences of its frames.

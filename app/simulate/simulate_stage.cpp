@@ -136,22 +136,12 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
     context.progress.say("simulate: material as predicted for '" + in.found["predicted"].get<std::string>() + "'");
   else if (fields)
     context.progress.say("simulate: material " + (given ? "of " + stage.material_file : "and damping of the fit"));
-  for (const std::string& output : in.outputs)
-    if (fs::path(output).filename() == "material.h5")
-      write_material(run / output,
-                     {solid.young, solid.poisson, solid.density, predicted ? "predicted" : "homogeneous", {}, {}},
-                     provenance);
-  if (fields)
-    write_image(run / "stiffness.png",
-                stiffness_sheet(read_ply(in.files.at("object")), scene.up, particles.solid_position, solid.young,
-                                "Young's modulus E of the object"));
   SimulatedBody body = make_body(std::move(particles), scene, solid, material.material);
   SimulationPlan plan = physgaussian
                             ? plan_physgaussian(context, in.files, stage, body)
                             : plan_simulation(context, in.files, in.found, scene,
                                               timed ? with_fitted_damping(stage, in.files.at("velocity")) : stage, body,
                                               replay ? std::nullopt : std::optional(kPushStart));
-  write_text(run / "interactions.json", plan.script.dump(2) + "\n");
 
   const fs::path out = run / in.outputs[0];
   FrameStore frames(fs::path(out).replace_extension(".partial"), provenance);
@@ -180,6 +170,17 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   trajectory.object = group_name(in.found["name"]);
   trajectory.fps = plan.options.fps;
   trajectory.up = scene.up;
+  // Together, so that a simulation that fails leaves the previous one whole.
+  for (const std::string& output : in.outputs)
+    if (fs::path(output).filename() == "material.h5")
+      write_material(run / output,
+                     {solid.young, solid.poisson, solid.density, predicted ? "predicted" : "homogeneous", {}, {}},
+                     provenance);
+  if (fields)
+    write_image(run / "stiffness.png",
+                stiffness_sheet(read_ply(in.files.at("object")), scene.up, body.file.solid_position, solid.young,
+                                "Young's modulus E of the object"));
+  write_text(run / "interactions.json", plan.script.dump(2) + "\n");
   write_trajectory(out, trajectory, provenance);
   frames.remove();
 

@@ -23,11 +23,26 @@ std::vector<std::array<int, 2>> read_links(const Hdf5Reader& in, size_t drivers)
   return links;
 }
 
+/// Samples of disconnected pieces follow simulated ones, and only they do.
+std::vector<int> read_follows(const Hdf5Reader& in, const std::vector<int>& driver) {
+  const std::string name = "/solid/follows";
+  std::vector<int> follows = in.dataset<int32_t>(name, {driver.size()});
+  for (size_t s = 0; s < follows.size(); ++s) {
+    const int other = follows[s];
+    if (other == -1) continue;
+    if (other < 0 || other >= static_cast<int>(driver.size()) || driver[other] < 0 || driver[s] >= 0)
+      throw in.complaint(name, "has sample " + std::to_string(s) + " follow " + std::to_string(other) + " of " +
+                                   std::to_string(driver.size()));
+  }
+  return follows;
+}
+
 }  // namespace
 
 void write_particles(const fs::path& file, const ParticleFile& p, const std::string& provenance_json) {
   const size_t solids = p.solid_position.size(), drivers = p.driving_position.size();
   CHECK(p.solid_volume.size() == solids && p.solid_driver.size() == solids && p.driving_volume.size() == drivers);
+  CHECK(p.solid_follows.empty() || p.solid_follows.size() == solids);
   CHECK(p.driving_thickness.size() == p.driving_rod.size() &&
         (p.driving_rod.empty() || p.driving_rod.size() == drivers));
   const std::vector<float> thickness = p.driving_rod.empty() ? std::vector<float>(drivers, 0.0f) : p.driving_thickness;
@@ -38,6 +53,7 @@ void write_particles(const fs::path& file, const ParticleFile& p, const std::str
     write_vectors(out, "/solid/position", p.solid_position);
     out.dataset("/solid/volume", p.solid_volume.data(), {solids});
     out.dataset("/solid/driver", p.solid_driver.data(), {solids});
+    if (!p.solid_follows.empty()) out.dataset("/solid/follows", p.solid_follows.data(), {solids});
     write_vectors(out, "/driving/position", p.driving_position);
     out.dataset("/driving/volume", p.driving_volume.data(), {drivers});
     out.dataset("/driving/thickness", thickness.data(), {drivers});
@@ -72,6 +88,7 @@ ParticleFile read_particles(const fs::path& file) {
                          "names driver " + std::to_string(driver) + " of " + std::to_string(p.driving_position.size()));
     }
   }
+  if (in.has("/solid/follows")) p.solid_follows = read_follows(in, p.solid_driver);
   if (!(p.metres_per_unit > 0)) throw in.complaint("/@metres_per_unit", "is not positive");
   if (!nlohmann::json::accept(p.pinned_json)) throw in.complaint("/@pinned", "is not JSON");
   return p;

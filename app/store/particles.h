@@ -15,6 +15,8 @@ struct ParticleFile {
   std::vector<Vec3f> solid_position;    ///< [S, 3]
   std::vector<float> solid_volume;      ///< [S] units^3
   std::vector<int> solid_driver;        ///< [S] index into driving_*, -1 = rigid, not simulated
+  std::vector<int> solid_follows;       ///< [S] the simulated sample that a sample of a disconnected piece moves with,
+                                        ///< -1 = none; empty = there are no such pieces
   std::vector<Vec3f> driving_position;  ///< [M, 3] at rest
   std::vector<float> driving_volume;    ///< [M] units^3
   std::vector<float>
@@ -27,10 +29,11 @@ struct ParticleFile {
   std::string pinned_json = "[]";  ///< regions that hold the object, as in interactions.json
 };
 
-/// Groups /solid {position, volume, driver} and /driving {position, volume, thickness, rod, links}.
+/// Groups /solid {position, volume, driver, follows where it is not empty} and /driving {position, volume, thickness,
+/// rod, links}.
 void write_particles(const std::filesystem::path& file, const ParticleFile& particles,
                      const std::string& provenance_json);
-/// Also checks that values are finite and drivers exist.
+/// Also checks that values are finite and that drivers and followed samples exist.
 ParticleFile read_particles(const std::filesystem::path& file);
 
 }  // namespace pliant

@@ -24,6 +24,13 @@ fs::path with_slashes(std::string path) {
   return path;
 }
 
+/// A name that stays in its folder when files are called by it.
+std::string safe_name(std::string name) {
+  for (char& c : name)
+    if (c == '/' || c == '\\') c = '_';
+  return name[0] == '.' ? "_" + name : name;
+}
+
 }  // namespace
 
 fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders, const std::string& name) {
@@ -87,7 +94,10 @@ const char* cam_from_opengl(const Eigen::Matrix4d& world_from_cam, Eigen::Isomet
 }
 
 void CameraCollector::add(Camera camera, const std::string& photo_name) {
-  if (camera.name.empty()) camera.name = name_of_photo(photo_name);
+  if (camera.name.empty())
+    camera.name = name_of_photo(photo_name);
+  else
+    camera.name = safe_name(std::move(camera.name));
   ++result_.frames;
   result_.photos_found += !camera.photo.empty();
   names_.push_back(photo_name);
@@ -97,9 +107,9 @@ void CameraCollector::add(Camera camera, const std::string& photo_name) {
 CameraFile CameraCollector::finish(const std::string& format, bool sizes_are_of_photos) {
   result_.format = format;
   result_.files = {file_};
-  keep_frames_with_photos();
+  if (fit_ != PhotoFit::kView) keep_frames_with_photos();
   make_names_unique();
-  if (fit_ == PhotoFit::kFirstPhoto) {
+  if (fit_ != PhotoFit::kEachPhoto) {
     if (!sizes_are_of_photos) match_size_of_photos();
     warn_of_distortion();
   }
@@ -148,21 +158,22 @@ void CameraCollector::make_names_unique() {
 
 /// Photos that were scaled after the camera file was written: the cameras follow the first photo.
 void CameraCollector::match_size_of_photos() {
-  if (result_.cameras.empty() || result_.cameras[0].photo.empty()) return;
-  const ImageF photo = read_image(result_.cameras[0].photo);
-  const Camera first = result_.cameras[0];
-  if (photo.width == first.width && photo.height == first.height) return;
-  const double scale = static_cast<double>(photo.width) / first.width;
-  const std::string sizes = std::to_string(photo.width) + " x " + std::to_string(photo.height) +
-                            " pixels but the camera says " + std::to_string(first.width) + " x " +
-                            std::to_string(first.height);
-  if (std::abs(first.height * scale - photo.height) > 1.0) {
+  const auto with_photo = std::find_if(result_.cameras.begin(), result_.cameras.end(),
+                                       [](const Camera& camera) { return !camera.photo.empty(); });
+  if (with_photo == result_.cameras.end()) return;
+  const Camera first = *with_photo;
+  int width = 0, height = 0;
+  if (!read_photo_size(first.photo, fit_, width, height) || (width == first.width && height == first.height)) return;
+  const double scale = static_cast<double>(width) / first.width;
+  const std::string sizes = std::to_string(width) + " x " + std::to_string(height) + " pixels but the camera says " +
+                            std::to_string(first.width) + " x " + std::to_string(first.height);
+  if (std::abs(first.height * scale - height) > 1.0) {
     throw input_error(first.photo, "", "has " + sizes, "use the photos that the cameras belong to");
   }
   // Who scaled the photos rounded their sizes up or down, so those of the first one hold.
   for (Camera& camera : result_.cameras) {
     const bool alike = camera.width == first.width && camera.height == first.height;
-    camera = alike ? camera.resized(photo.width, photo.height) : camera.scaled(scale);
+    camera = alike ? camera.resized(width, height) : camera.scaled(scale);
   }
   result_.warnings.push_back(first.photo + ": has " + sizes + "; the cameras are scaled to the photos");
 }

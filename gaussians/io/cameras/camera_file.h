@@ -22,6 +22,7 @@ struct CameraFile {
 enum class PhotoFit {
   kFirstPhoto,  ///< all cameras follow the size of the first photo; lens distortion is warned about
   kEachPhoto,   ///< nothing: the caller fits every camera to its photo and undoes the lens
+  kView         ///< as kFirstPhoto, but none is needed: frames without a photo stay, and one that is no image is none
 };
 
 /// Names of Camera::distortion.
@@ -54,12 +55,13 @@ class CameraCollector {
   CameraCollector(std::filesystem::path file, PhotoFit fit) : file_(std::move(file)), fit_(fit) {}
 
   /// A frame with the name that the file gives to its photo; camera.photo is its path on disk or empty, an empty
-  /// camera.name becomes the photo's.
+  /// camera.name becomes the photo's.  Files are named after cameras, so another camera.name loses its slashes and gets
+  /// a '_' before a leading dot.
   void add(Camera camera, const std::string& photo_name);
 
-  /// Leaves out frames without a photo when at least one has one, makes names unique, scales the cameras to photos of
-  /// another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).  Throws
-  /// Error{kInput} for two frames of one photo and for photos of another shape.
+  /// Leaves out frames without a photo when at least one has one (unless kView), makes names unique, scales the cameras
+  /// to photos of another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).
+  /// Throws Error{kInput} for two frames of one photo and for photos of another shape.
   CameraFile finish(const std::string& format, bool sizes_are_of_photos = false);
 
  private:

@@ -1,11 +1,13 @@
 #include "gaussians/io/cameras/camera_path.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "gaussians/io/cameras/camera_file.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/files/number_order.h"
 
 namespace fs = std::filesystem;
 
@@ -32,12 +34,14 @@ CameraPath read_nerfstudio(const nlohmann::json& json, const fs::path& file) {
   const int width = side_of(top, "render_width"), height = side_of(top, "render_height");
   const nlohmann::json& frames = top.array("camera_path");
   if (frames.empty()) throw top.complaint("camera_path", "is empty", "a path needs at least one pose");
+  const size_t digits = std::to_string(frames.size() - 1).size();
   for (size_t k = 0; k < frames.size(); ++k) {
     const JsonObject frame(frames[k], file.string(), "camera_path[" + std::to_string(k) + "]", Failure::kInput);
     const std::vector<double> rows = frame.numbers("camera_to_world", 16);
     const Eigen::Matrix4d world_from_cam = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(rows.data());
     Camera camera;
     camera.name = std::to_string(k);
+    camera.name.insert(0, digits - camera.name.size(), '0');
     camera.width = width;
     camera.height = height;
     if (const char* problem = cam_from_opengl(world_from_cam, camera.cam_from_world))
@@ -80,10 +84,26 @@ bool is_camera_path(const fs::path& file) {
   return json.is_object() && json.contains("camera_path");
 }
 
+void order_by_photo(std::vector<Camera>& cameras) {
+  const bool photos =
+      std::all_of(cameras.begin(), cameras.end(), [](const Camera& camera) { return !camera.photo.empty(); });
+  std::stable_sort(cameras.begin(), cameras.end(), [photos](const Camera& a, const Camera& b) {
+    return photos ? number_order(a.photo, b.photo) : number_order(a.name, b.name);
+  });
+}
+
+CameraPath read_views(const fs::path& file) {
+  CameraFile read = read_cameras(file, {}, PhotoFit::kView);
+  if (read.format.rfind("COLMAP", 0) == 0) order_by_photo(read.cameras);
+  CameraPath path;
+  path.cameras = std::move(read.cameras);
+  path.warnings = std::move(read.warnings);
+  return path;
+}
+
 CameraPath read_camera_path(const fs::path& file) {
   if (is_camera_path(file)) return read_nerfstudio(read_json(file), file);
-  CameraPath path;
-  path.cameras = read_cameras(file).cameras;
+  CameraPath path = read_views(file);
   for (const Camera& camera : path.cameras)
     if (camera.width != path.cameras[0].width || camera.height != path.cameras[0].height)
       throw input_error(file.string(), camera.name, "has another size than the first camera",

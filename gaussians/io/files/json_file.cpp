@@ -80,6 +80,12 @@ double JsonObject::number(const std::string& key) const {
 
 double JsonObject::number(const std::string& key, double otherwise) const { return has(key) ? number(key) : otherwise; }
 
+bool JsonObject::flag(const std::string& key) const {
+  const nlohmann::json& value = at(key);
+  if (!value.is_boolean()) throw complaint(key, "is " + shortened(value), "it must be true or false");
+  return value.get<bool>();
+}
+
 std::string JsonObject::text(const std::string& key) const {
   const nlohmann::json& value = at(key);
   if (!value.is_string()) throw complaint(key, "is " + shortened(value), "it must be a string in quotes");

@@ -28,6 +28,7 @@ class JsonObject {
   std::vector<std::string> keys() const;
   double number(const std::string& key) const;  ///< finite
   double number(const std::string& key, double otherwise) const;
+  bool flag(const std::string& key) const;
   std::string text(const std::string& key) const;
   std::vector<double> numbers(const std::string& key, size_t count) const;  ///< exactly `count`, finite
   const nlohmann::json& array(const std::string& key) const;

@@ -32,16 +32,15 @@ cv::Mat decode(const fs::path& file, int flags) {
 }
 
 void encode(const fs::path& file, const cv::Mat& picture) {
-  write_atomically(file, [&](const fs::path& temporary) {
-    bool written = false;
-    std::string why = "the encoder failed";
-    try {
-      written = codecs::imwrite(temporary.string(), picture);
-    } catch (const cv::Exception& error) {
-      why = error.err;
-    }
-    if (!written) throw input_error(file.string(), "", "cannot be written: " + why, "use the extension png or jpg");
-  });
+  std::vector<uint8_t> bytes;
+  std::string why = "the encoder failed";
+  try {
+    if (codecs::imencode(file.extension().string(), picture, bytes, {})) why.clear();
+  } catch (const cv::Exception& error) {
+    why = error.err;
+  }
+  if (!why.empty()) throw input_error(file.string(), "", "cannot be written: " + why, "use the extension png or jpg");
+  write_text(file, {bytes.begin(), bytes.end()});
 }
 
 /// Whether any pixel of an 8-bit picture is not grey.

@@ -48,6 +48,10 @@ Error could_not_encode(const fs::path& file) {
       "written");
 }
 
+/// What ffmpeg makes of RGB, in pictures of any size: the matrix of BT.601 in limited range, of colors in sRGB.
+constexpr const char* kColorTags[] = {"-colorspace", "smpte170m",    "-color_primaries", "bt709",
+                                      "-color_trc",  "iec61966-2-1", "-color_range",     "tv"};
+
 std::vector<std::string> words_of(VideoCoding coding) {
   switch (coding) {
     case VideoCoding::kWithAlpha:
@@ -85,6 +89,10 @@ struct VideoWriter::State {
 
 VideoWriter::VideoWriter(const fs::path& file, double fps, int width, int height, VideoCoding coding)
     : state_(std::make_unique<State>()) {
+  if (width < 2 || height < 2)
+    throw usage_error(file.string(), "",
+                      "would have frames of " + std::to_string(width) + " x " + std::to_string(height) + " pixels",
+                      "a video needs at least 2 x 2: give a larger camera or size");
   State& s = *state_;
   s.file = file;
   s.temporary = temporary_name(file);
@@ -99,6 +107,7 @@ VideoWriter::VideoWriter(const fs::path& file, double fps, int width, int height
                                     "-i",       "pipe:0",
                                     "-an"};
   for (const std::string& word : words_of(coding)) words.push_back(word);
+  for (const char* word : kColorTags) words.emplace_back(word);
   for (const std::string& word : {std::string("-threads"), std::string("1"), std::string("-fflags"),
                                   std::string("+bitexact"), "file:" + s.temporary.string()})
     words.push_back(word);

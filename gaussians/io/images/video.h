@@ -14,9 +14,10 @@ enum class VideoCoding {
 };
 
 /// Writes a video through the `ffmpeg` program, H.264 in mp4 unless the coding says otherwise: constant quality, one
-/// encoder thread, so that equal frames give equal files.  Odd sizes lose their last row or column.  The file appears
-/// under its name when `close` returns; without `close` nothing is left behind.  Throws Error{kInput} when ffmpeg is
-/// missing or fails.
+/// encoder thread, so that equal frames give equal files.  Odd sizes lose their last row or column.  The file says how
+/// its colors are coded (sRGB, matrix of BT.601), so that players do not take HD for BT.709.  It appears under its name
+/// when `close` returns; without `close` nothing is left behind.  Throws Error{kInput} when ffmpeg is missing or fails,
+/// Error{kUsage} for frames of less than 2 x 2 pixels.
 class VideoWriter {
  public:
   VideoWriter(const std::filesystem::path& file, double fps, int width, int height,

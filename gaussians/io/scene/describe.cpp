@@ -111,6 +111,7 @@ json describe_settings(const SceneFile& settings) {
   if (settings.material.young) out["young"] = *settings.material.young;
   if (settings.material.poisson) out["poisson"] = *settings.material.poisson;
   if (settings.material.density) out["density"] = *settings.material.density;
+  if (settings.background) out["background"] = array_of(*settings.background);
   if (!settings.material.law.empty()) out["law"] = settings.material.law;
   if (!settings.material.constants.empty()) out["law_constants"] = settings.material.constants;
   return out;

@@ -63,12 +63,14 @@ Error without_splats(const fs::path& folder) {
   return input_error(folder.string(), "", "contains several splat files: " + names, "give one of them");
 }
 
-/// Cameras beside the splats, or in the 3DGS model folder that they lie in.
+/// Cameras beside the splats, or in the 3DGS model folder that they lie in; where there are none beside a link, those
+/// of the file that it leads to.
 fs::path cameras_of_splats(const fs::path& splats) {
   const fs::path beside = cameras_in(splats.parent_path());
+  if (!beside.empty()) return beside;
   const fs::path folder = fs::absolute(splats).lexically_normal().parent_path();
-  if (!beside.empty() || !folder.filename().string().starts_with("iteration_")) return beside;
-  return cameras_in(folder.parent_path().parent_path());
+  if (folder.filename().string().starts_with("iteration_")) return cameras_in(folder.parent_path().parent_path());
+  return fs::is_symlink(splats) && fs::exists(splats) ? cameras_of_splats(fs::canonical(splats)) : fs::path();
 }
 
 /// Fills in where splats and cameras are.
@@ -142,6 +144,8 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
   scene.settings = locate(source);
   scene.cloud = read_splats(scene.settings.splats, &scene.report, options.level.value_or(kFinestLevel));
   scene.warnings = scene.report.warnings;
+  if (options.antialiased) scene.settings.antialiased = true;
+  scene.report.antialiased = scene.settings.antialiased.value_or(scene.report.antialiased);
   if (scene.cloud.size() == 0) {
     throw input_error(scene.settings.splats.string(), "", "contains no usable Gaussians", "give a trained scene");
   }

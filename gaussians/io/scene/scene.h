@@ -31,7 +31,8 @@ struct VideoReference {
 /// Contents of scene.json; every path is resolved against the folder of the file.
 /// Keys: splats, cameras, photos, masks, labels, video {file, camera, fps}, up [3] or an axis such as "-y",
 /// metres_per_unit, support (name of an id), object (name of the id that `run` takes when none is given), pinned [{box:
-/// [x0,y0,z0,x1,y1,z1]} | {sphere: [x,y,z,r]}], material {young, poisson, density, law, constants {name: value}}.
+/// [x0,y0,z0,x1,y1,z1]} | {sphere: [x,y,z,r]}], material {young, poisson, density, law, constants {name: value}},
+/// antialiased (bool, of splats that carry no mark), background [3] in 0..1.
 struct SceneFile {
   std::filesystem::path file, splats, cameras, photos, masks, labels;
   std::optional<VideoReference> video;
@@ -45,10 +46,14 @@ struct SceneFile {
   };
   std::vector<Region> pinned;
   MaterialValues material;
+  std::optional<bool> antialiased;  ///< the splats were trained with mip-splatting, whatever their file says
+  std::optional<Vec3d> background;  ///< color in front of which the splats were trained, in 0..1
+
+  Vec3f background_color() const { return background.value_or(Vec3d::Zero()).cast<float>(); }
 };
 
 /// Parses scene.json; unknown keys are usage errors that name the nearest known key, impossible values (young <= 0,
-/// poisson outside (-1, 0.5), density <= 0, metres_per_unit <= 0) name the key and the value.
+/// poisson outside (-1, 0.5), density <= 0, metres_per_unit <= 0, background outside 0..1) name the key and the value.
 SceneFile read_scene_file(const std::filesystem::path& file);
 
 /// A scene as the stages see it.
@@ -80,6 +85,7 @@ struct LoadOptions {
   std::optional<Eigen::Vector3d> up;
   std::optional<double> metres_per_unit;
   double object_height = 0;        ///< [m], instead of metres_per_unit; 0 = not given
+  bool antialiased = false;        ///< as settings.antialiased, which becomes true
   std::optional<int> orbit_views;  ///< default 24
   int orbit_width = 800, orbit_height = 600;
 };

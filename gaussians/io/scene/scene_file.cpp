@@ -83,6 +83,14 @@ Eigen::Vector3d read_up(const JsonObject& top, bool named) {
   return up.stableNormalized();
 }
 
+Vec3d read_color(const JsonObject& top, const std::string& key) {
+  const std::vector<double> v = top.numbers(key, 3);
+  const Vec3d color(v[0], v[1], v[2]);
+  if (!(color.minCoeff() >= 0 && color.maxCoeff() <= 1))
+    throw top.complaint(key, "is outside 0..1", "give red, green and blue in 0..1");
+  return color;
+}
+
 }  // namespace
 
 bool SceneFile::Region::contains(const Vec3f& x) const {
@@ -93,7 +101,7 @@ SceneFile read_scene_file(const fs::path& file) {
   const nlohmann::json json = read_json(file);
   const JsonObject top(json, file.string());
   top.refuse_unknown({"splats", "cameras", "photos", "masks", "labels", "video", "up", "metres_per_unit", "support",
-                      "object", "pinned", "material"});
+                      "object", "pinned", "material", "antialiased", "background"});
   SceneFile scene;
   scene.file = file;
   const fs::path folder = file.parent_path();
@@ -122,6 +130,8 @@ SceneFile read_scene_file(const fs::path& file) {
     }
   }
   if (top.has("material")) scene.material = read_material(top.object("material"));
+  if (top.has("antialiased")) scene.antialiased = top.flag("antialiased");
+  if (top.has("background")) scene.background = read_color(top, "background");
   return scene;
 }
 

@@ -12,7 +12,7 @@ struct ReadReport {
   std::string format;                        ///< for example "3DGS PLY, SH degree 3"
   size_t rows = 0;                           ///< records in the file
   size_t dropped = 0;                        ///< rows with NaN, infinite or absurd values that were left out
-  bool antialiased = false;                  ///< the file says that it was trained with mip-splatting
+  bool antialiased = false;                  ///< the file, or the scene, says that it was trained with mip-splatting
   bool z_is_up = false;                      ///< the file says that +z points up
   int levels = 1;                            ///< levels of detail that the file offers
   int level = 0;                             ///< the one that was read, 0 = finest; kAllLevels = all

@@ -49,6 +49,17 @@ TEST(Convert, SplatsBecomeAnyFormatThatIsWritten) {
   EXPECT_EQ(run_quietly({"info", folder.file("broken.spz", "NGSP")}), 1);
 }
 
+TEST(Convert, SplatsWithoutAMarkAreMarkedAsAntialiased) {
+  const TemporaryFolder folder;
+  write_splats(folder / "a.ply", few());
+  for (const char* name : {"b.ply", "b.spz"}) {
+    ASSERT_EQ(run_quietly({"convert", (folder / "a.ply").string(), (folder / name).string(), "--antialiased"}), 0);
+    ReadReport report;
+    read_splats(folder / name, &report);
+    EXPECT_TRUE(report.antialiased) << name;
+  }
+}
+
 TEST(Convert, SplatsAndCamerasAreScaledAlike) {
   const TemporaryFolder folder;
   write_splats(folder / "a.ply", few());

@@ -352,6 +352,7 @@ TEST_F(OptionEffects, OfSimulate) {
     Names refused = with({"physgaussian"});
     for (const std::string& name : own) refused.erase(name);
     Words words = {"--law", law};
+    if (law == "fluid") refused.insert("viscosity-time");  // it has its own
     if (own.count("branch-viscosity")) words.insert(words.end(), {"--branch-viscosity", "10"});
     if (own.count("plastic-viscosity")) words.insert(words.end(), {"--plastic-viscosity", "10"});
     if (own.count("yield-stress")) words.insert(words.end(), {"--yield-stress", "100"});

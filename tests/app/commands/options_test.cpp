@@ -8,7 +8,9 @@
 #include "app/commands/stage_options.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/json_file.h"
 #include "gaussians/io/splats/ply.h"
+#include "tests/app/beam_scene.h"
 #include "tests/app/commands/all_tables.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
@@ -65,6 +67,32 @@ TEST(Options, DefaultsLieInTheirRanges) {
         EXPECT_TRUE(std::set<std::string>(option.choices.begin(), option.choices.end()).count(text)) << where;
       }
     }
+}
+
+TEST(Options, AreTakenFromARecordAsTheyWereRecorded) {
+  for (const OptionTable& table : all_tables())
+    for (const Option& option : table.options) {
+      const nlohmann::json value = field_json(option.field);
+      set_field(option.field, value);
+      EXPECT_EQ(field_json(option.field), value) << table.stage + "." + option.name;
+    }
+  const auto expect_same = [](auto given) {
+    StageKey before, after;
+    record_options(options_of(given), before);
+    decltype(given) taken;
+    take_recorded(before.options, options_of(taken));
+    record_options(options_of(taken), after);
+    EXPECT_EQ(before.options, after.options);
+  };
+  PredictStage predict;
+  predict.label = "potted palm";
+  predict.softness = 0.3;
+  predict.given.density = 700;
+  expect_same(predict);
+  PageStage page;
+  page.html = false;
+  page.size = 3'000'000;
+  expect_same(page);
 }
 
 TEST(Options, OfAStageNeedNoPrefixInItsOwnCommandAndHaveOneInRun) {
@@ -221,6 +249,29 @@ TEST(ConfigFile, WhatIsNoFlagIsNotTurnedOff) {
   EXPECT_EQ(print({"info", absent, "--config", config}).code, 1) << "flags are";
 }
 
+TEST(ConfigFile, AListOfNumbersIsOneValueAsInASceneFile) {
+  const TemporaryFolder folder;
+  fixture::make_beam_scene(folder / "beam");
+  const std::string splats = (folder / "beam/splats.ply").string(), out = (folder / "out").string();
+  const auto segment = [&](const std::string& config) {
+    return print({"segment", splats, "--out", out, "--config", folder.file("config.json", config).string()});
+  };
+  EXPECT_EQ(segment(R"({"up": [1e-7, 0.1, 0.7], "aabb": [-0.1, -0.1, 0.9, 1, 0.3000000000000004, 1.3]})").code, 0);
+  const nlohmann::json run = read_json(out + "/run.json"), up = run["scene"]["up"];
+  const Eigen::Vector3d wanted = Eigen::Vector3d(1e-7, 0.1, 0.7).normalized();
+  EXPECT_EQ(Eigen::Vector3d(up[0], up[1], up[2]), wanted);
+  EXPECT_EQ(run["stages"]["segment"]["options"]["aabb"],
+            nlohmann::json({-0.1, -0.1, 0.9, 1.0, 0.3000000000000004, 1.3}));
+  const Printed short_list =
+      print({"segment", splats, "--out", out, "--config", folder.file("config.json", R"({"up": [0, 1]})").string()});
+  EXPECT_EQ(short_list.code, 2);
+  EXPECT_NE(short_list.error.find("--up"), std::string::npos) << short_list.error;
+  // An option that may be repeated takes each item by itself.
+  const Printed repeated = segment(R"({"click": [1, 2]})");
+  EXPECT_EQ(repeated.code, 2);
+  EXPECT_EQ(repeated.error.find("1,2"), std::string::npos) << repeated.error;
+}
+
 TEST(ConfigFile, ASecondOneIsRefusedWhereverItIsNamed) {
   const TemporaryFolder folder;
   const std::string other = folder.file("other.json", R"({"quiet": true})").string(),
@@ -234,6 +285,15 @@ TEST(ConfigFile, ASecondOneIsRefusedWhereverItIsNamed) {
     EXPECT_EQ(printed.code, 2);
     EXPECT_NE(printed.error.find("one file"), std::string::npos) << printed.error;
   }
+}
+
+TEST(OutFolder, IsNamedAfterALinkToSplatsAndNotAfterTheirFile) {
+  const TemporaryFolder folder;
+  folder.file("blobs/0123abcd", "");
+  std::filesystem::create_symlink("blobs/0123abcd", folder / "flower.ply");
+  std::filesystem::create_directory_symlink(folder / "blobs", folder / "link");
+  EXPECT_EQ(default_out((folder / "flower.ply").string(), "run"), "flower_run");
+  EXPECT_EQ(default_out((folder / "link").string(), "run"), "blobs_run");
 }
 
 // A reconstructed scene has a run.json, which is about its training.

@@ -169,6 +169,7 @@ TEST(Readme, OptionsThatAreNamedExist) {
                                            "--center-method",
                                            "--auto-scale-poses",
                                            "--no-normalize-world-space",
+                                           "--antialiasing",
                                            "--gtest_filter"};
   for (const std::string& name : kReadmes) {
     const std::string text = readme(name);

@@ -176,6 +176,35 @@ TEST_F(ClipPageTest, ServedItIsMovedByTheProgramAndLeavesItsRecording) {
   EXPECT_GT(farthest, 0.1 * height);
 }
 
+// What cannot begin ends alone, and what only the server knows is said.
+TEST_F(ClipPageTest, ServedItSaysWhatIsRefusedAndThatNothingIsKept) {
+  const auto live = std::make_shared<const LiveScene>(load_live_scene(*run_, scene_, "view"));
+  write_text(folder / "blocked", "a file");
+  const json answer = evaluate_served(R"((async () => {
+    await pliant.ready;
+    await pliant.solver.ready;
+    pliant.setLevel(0);
+    const wind = pliant.begin({type: 'wind', strength: [1, 0, 0]});
+    await pliant.advance(1);
+    const status = document.getElementById('status');
+    for (let k = 0; k < 100 && !status.textContent; ++k) await new Promise((next) => setTimeout(next, 50));
+    const kept = status.textContent;
+    pliant.grab([9000, 9000, 9000], 0.001);
+    const {failed, forces} = await pliant.advance(2);
+    const blows = forces.some(([number, ...force]) => number === wind && Math.hypot(...force) > 0);
+    return {kept, failed, blows, errors: pliant.errors, live: pliant.live()};
+  })())",
+                                      live, folder / "blocked/recordings");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  ASSERT_EQ(value["errors"].size(), 1u) << value;
+  EXPECT_NE(value["errors"][0].get<std::string>().find("has no effect"), std::string::npos) << value;
+  EXPECT_EQ(value["live"], true);
+  EXPECT_EQ(value["blows"], true) << value;
+  EXPECT_EQ(value["failed"], json());
+  EXPECT_NE(value["kept"].get<std::string>().find("cannot be kept"), std::string::npos) << value;
+}
+
 // Where E was predicted the slider goes along its band: 0 = its high end, 0.5 = the typical value, 1 = its low end.
 TEST_F(ClipPageTest, OfAPredictedMaterialHasASliderOfSoftness) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";

@@ -81,6 +81,18 @@ class PageExport : public FitVideo {
   }
 };
 
+TEST_F(PageExport, IsBeforeTheBackgroundOfItsScene) {
+  const std::string file = read_text(folder / "scene/scene.json");
+  json scene = json::parse(file);
+  scene["background"] = {1, 0.5, 1};
+  write_text(folder / "scene/scene.json", scene.dump());
+  EXPECT_EQ(run_quietly({"export", run(), "--html", page("before.html")}), 0);
+  EXPECT_EQ(header(page("before.html"))["render"]["background"], json({1, 0.5, 1}));
+  write_text(folder / "scene/scene.json", file);
+  ASSERT_EQ(run_quietly({"export", run(), "--html", page("before.html"), "--overwrite"}), 0);
+  EXPECT_EQ(header(page("before.html"))["render"]["background"], json({0, 0, 0}));
+}
+
 TEST_F(PageExport, KeepsToItsSizeAndSaysWhatItGaveUp) {
   ASSERT_EQ(run_quietly({"export", run(), "--html", page("whole.html"), "--html-size", "1000M"}), 0);
   const size_t whole = fs::file_size(page("whole.html"));

@@ -327,8 +327,9 @@ TEST_F(Predict, ThePreviewShowsTheBandAndIsMadeOnce) {
   EXPECT_GT(young[1], 1.2 * young[2]);
   EXPECT_EQ(read_text(folder_ / "run/objects/1_object/trajectory.h5"), before) << "the run itself stays as it is";
   const auto made = fs::last_write_time(folder_ / "run/softness/1/clip.mp4");
-  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower", "--preview"}), 0);
+  ASSERT_EQ(run_quietly({"predict", directory, "--preview"}), 0);
   EXPECT_EQ(fs::last_write_time(folder_ / "run/softness/1/clip.mp4"), made);
+  EXPECT_EQ(read_json(folder_ / "run/run.json")["stages"]["predict"]["options"]["label"], "sunflower");
   EXPECT_EQ(run_quietly({"predict", directory, "--young", "1e5", "--preview"}), 2);
   EXPECT_EQ(run_quietly({"predict", "--list", "--preview"}), 2);
 }

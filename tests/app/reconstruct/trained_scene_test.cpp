@@ -66,6 +66,35 @@ TEST_F(Reconstruct, WhatTheScenesFileSaysLivesOn) {
   }
 }
 
+TEST_F(Reconstruct, TheBackgroundIsThatOfTheSceneFromThenOn) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  const auto trained = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"--iterations", "5"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run_quietly(command(folder / "set", folder / "scene", words)), 0);
+    return load_scene(folder / "scene").settings;
+  };
+  EXPECT_FALSE(trained({}).background);
+  EXPECT_EQ(trained({"--background", "1,0.5,1"}).background, Vec3d(1, 0.5, 1));
+  const auto picture = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"render", (folder / "scene").string(), "--out", (folder / "views").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run_quietly(words), 0);
+    return read_image(folder / "views/v11.png").data;
+  };
+  EXPECT_EQ(picture({}), picture({"--background", "1,0.5,1"}));
+  EXPECT_NE(picture({}), picture({"--background", "0,0,0"}));
+  EXPECT_FALSE(trained({}).background);
+
+  // The source may say it; what a training is told goes first.  What it says of its own splats is of no others.
+  write_json(folder / "set/scene.json",
+             {{"cameras", "transforms.json"}, {"photos", "photos"}, {"background", {0, 1, 0}}, {"antialiased", true}});
+  EXPECT_EQ(trained({}).background, Vec3d(0, 1, 0));
+  EXPECT_FALSE(trained({}).antialiased);
+  EXPECT_EQ(trained({"--background", "0,0,0"}).background, Vec3d(0, 0, 0));
+}
+
 TEST_F(Reconstruct, WhatTheUserMakesOfTheSceneLivesOn) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 6);

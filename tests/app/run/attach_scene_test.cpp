@@ -6,8 +6,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/run/scene_parts.h"
 #include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
+#include "gaussians/io/splats/splat_file.h"
 #include "tests/app/finished_stage.h"
 #include "tests/temporary_folder.h"
 
@@ -27,7 +30,7 @@ TEST(AttachScene, ANameThatIsNotUtf8IsRefusedAndShownWithoutWhatIsWrong) {
     write_ply(folder / name, cloud);
     return folder / name;
   };
-  const auto attach = [&](const fs::path& scene, const std::string& out) {
+  const auto attach_to = [&](const fs::path& scene, const std::string& out) {
     RunDirectory run = RunDirectory::create(folder / out);
     Progress progress(true);
     LoadOptions options;
@@ -35,13 +38,13 @@ TEST(AttachScene, ANameThatIsNotUtf8IsRefusedAndShownWithoutWhatIsWrong) {
     attach_scene({progress, [] { return false; }}, run, scene, options);
   };
   const auto expect_refused = [&](const fs::path& scene, const std::string& out = "run") {
-    expect_error(Failure::kInput, {shown, "is not UTF-8", "rename"}, [&] { attach(scene, out); });
+    expect_error(Failure::kInput, {shown, "is not UTF-8", "rename"}, [&] { attach_to(scene, out); });
   };
   expect_refused(splats(wrong + ".ply"));
   expect_refused(splats(wrong + "/scene.ply"));
   const fs::path good = splats("caf\xc3\xa9/scene.ply");
   expect_refused(good, wrong + "_run");
-  EXPECT_NO_THROW(attach(good, "run"));
+  EXPECT_NO_THROW(attach_to(good, "run"));
 
   splats("photos/splats.ply");
   const fs::path scene =
@@ -82,6 +85,128 @@ TEST(AttachScene, LoadsTheSceneAsLaterStagesDoHoweverItsPathIsWritten) {
     EXPECT_EQ(load_run_scene(run).cameras.size(), 9u) << from;
   }
   fs::current_path(before);
+}
+
+/// Attaches a scene as a command does.
+Scene attach(RunDirectory& run, const fs::path& source, const LoadOptions& options = {}, bool overwrite = false) {
+  Progress progress(true);
+  Context context{progress, [] { return false; }};
+  context.overwrite = overwrite;
+  return attach_scene(context, run, source, options);
+}
+
+/// A run of the scene in which `segment` is done.
+RunDirectory segmented_run(const fs::path& path, const fs::path& source, const LoadOptions& options = {}) {
+  nlohmann::json manifest;
+  {
+    RunDirectory run = RunDirectory::create(path);
+    StageKey key;
+    key.inputs = record_of({ScenePart::kSplats}, attach(run, source, options)).files;
+    manifest = run.manifest();
+    manifest["stages"]["segment"] = finished_stage(nlohmann::json::object());
+    manifest["stages"]["segment"]["inputs"] = record_of(key, 1)["inputs"];
+  }
+  write_text(path / "run.json", manifest.dump());
+  return RunDirectory::open(path);
+}
+
+TEST(AttachScene, ASceneThatHasMovedIsTheSameAndAnotherIsNot) {
+  const TemporaryFolder folder;
+  write_model(folder / "model");
+  LoadOptions options;
+  options.up = Eigen::Vector3d(0, 0.6, 0.8);
+  RunDirectory run = segmented_run(folder / "run", folder / "model", options);
+  run.set_note("assumed_height", 0.3);
+  fs::copy(folder / "model", folder / "copy", fs::copy_options::recursive);
+  EXPECT_FALSE(is_recorded_scene(run, folder / "copy"));
+  attach(run, folder / "copy", recorded_options(run));
+  EXPECT_EQ(recorded_place(run), fs::weakly_canonical(folder / "copy"));
+  EXPECT_EQ(load_run_scene(run).up, *options.up);
+  EXPECT_EQ(run.note("assumed_height"), 0.3);
+
+  fs::rename(folder / "copy", folder / "moved");
+  expect_error(Failure::kInput, {"copy", "does not exist", "pliant run NEWSCENE --out " + (folder / "run").string()},
+               [&] { load_run_scene(run); });
+  attach(run, folder / "moved", options);
+  EXPECT_EQ(load_run_scene(run).cameras.size(), 9u);
+
+  GaussianCloud cloud = read_ply(folder / "model/point_cloud/iteration_7/point_cloud.ply");
+  cloud.position[5].x() += 0.01f;
+  write_ply(folder / "model/point_cloud/iteration_7/point_cloud.ply", cloud);
+  expect_error(Failure::kUsage, {"moved", "model", "--overwrite"}, [&] { attach(run, folder / "model", options); });
+  EXPECT_NO_THROW(attach(run, folder / "model", options, true));
+}
+
+TEST(AttachScene, ATrainedSceneInARunDirectoryMovesWithIt) {
+  const TemporaryFolder folder;
+  const fs::path before = folder / "a/run";
+  {
+    RunDirectory run = RunDirectory::create(before);
+    write_model(before / "scene");
+    write_text(before / "scene/scene.json",
+               R"({"splats": "point_cloud/iteration_7/point_cloud.ply", "cameras": "cameras.json"})");
+    attach(run, before / "scene");
+    EXPECT_EQ(run.scene()["source"], "scene");
+  }
+  const std::string relative = read_text(before / "run.json");
+  nlohmann::json full = nlohmann::json::parse(relative);
+  full["scene"]["source"] = fs::weakly_canonical(before / "scene").string();
+  const auto expect_own = [&](const fs::path& path) {
+    for (const std::string& record : {relative, full.dump()}) {
+      write_text(path / "run.json", record);
+      RunDirectory run = RunDirectory::open(path);
+      EXPECT_EQ(load_run_scene(run).source, fs::weakly_canonical(path / "scene")) << record;
+      EXPECT_EQ(attach(run, path / "scene").cameras.size(), 9u);
+      EXPECT_EQ(run.scene()["source"], "scene");
+    }
+  };
+  expect_own(before);
+  fs::copy(folder / "a", folder / "copy", fs::copy_options::recursive);
+  expect_own(folder / "copy/run");
+  fs::rename(folder / "a", folder / "b");
+  expect_own(folder / "b/run");
+}
+
+TEST(AttachScene, ALinkToSplatsStaysALinkBesideWhichTheCamerasLie) {
+  const TemporaryFolder folder;
+  write_model(folder / "model");
+  const fs::path splats = folder / "model/point_cloud/iteration_7/point_cloud.ply";
+  fs::create_directories(folder / "data");
+  fs::rename(splats, folder / "data/0123abcd");
+  fs::create_symlink("../data/0123abcd", folder / "model/flower.ply");
+  RunDirectory run = RunDirectory::create(folder / "run");
+  EXPECT_EQ(attach(run, folder / "model/flower.ply").cameras.size(), 9u);
+  EXPECT_EQ(load_run_scene(run).source.filename(), "flower.ply");
+  EXPECT_TRUE(is_recorded_scene(run, folder / "model/flower.ply"));
+
+  // A name without an extension tells nothing of these.
+  write_splat(folder / "model/flower.splat", read_ply(folder / "data/0123abcd"));
+  fs::rename(folder / "model/flower.splat", folder / "data/4567cdef");
+  fs::create_symlink("../data/4567cdef", folder / "model/flower.splat");
+  RunDirectory other = RunDirectory::create(folder / "other");
+  EXPECT_EQ(attach(other, folder / "model/flower.splat").cloud.size(), 200u);
+
+  // A run that reads the file itself goes on so, unless it is started over.
+  RunDirectory earlier = RunDirectory::create(folder / "earlier");
+  attach(earlier, folder / "data/0123abcd");
+  EXPECT_TRUE(attach(earlier, folder / "model/flower.ply").cameras_are_orbit);
+  EXPECT_EQ(recorded_place(earlier).filename(), "0123abcd");
+  EXPECT_EQ(attach(earlier, folder / "model/flower.ply", {}, true).cameras.size(), 9u);
+  EXPECT_EQ(recorded_place(earlier).filename(), "flower.ply");
+}
+
+TEST(AttachScene, ARunKeepsThatItsSceneIsAntialiased) {
+  const TemporaryFolder folder;
+  write_model(folder / "model");
+  Progress progress(true);
+  for (const bool antialiased : {false, true}) {
+    RunDirectory run = RunDirectory::create(folder / (antialiased ? "mip_run" : "run"));
+    LoadOptions options;
+    options.antialiased = antialiased;
+    EXPECT_EQ(attach_scene({progress, [] { return false; }}, run, folder / "model", options).report.antialiased,
+              antialiased);
+    EXPECT_EQ(load_run_scene(run).report.antialiased, antialiased);
+  }
 }
 
 TEST(AttachScene, ARunThatWasMadeWithTheMeanUpOfItsCamerasKeepsIt) {

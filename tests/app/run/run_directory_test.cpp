@@ -4,6 +4,7 @@
 #include "app/run/run_directory.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -68,9 +69,30 @@ TEST_F(RunDirectoryTest, WhatAKilledProgramWasWritingIsCleanedAway) {
   write_text(folder_ / "run/.run.tmp123.json", "{");
   EXPECT_EQ(run({{"a", 1}}), 1);
   EXPECT_FALSE(fs::exists(folder_ / "run/.run.tmp123.json"));
+  for (const char* name : {"run/objects/1_a/.solid.tmp7.h5", "run/fit/.results.tmp7.json"}) {
+    write_text(folder_ / name, "{");
+    EXPECT_EQ(run({{"a", 1}}), 1);
+    EXPECT_FALSE(fs::exists(folder_ / name)) << name;
+  }
   fs::create_directories(folder_ / "other");
   write_text(folder_ / "other/.notes.tmp.txt", "mine");
   EXPECT_THROW(RunDirectory::create(folder_ / "other"), Error);
+  // It was training the scene that this is to be the run of.
+  write_text(folder_ / "training/scene/run.json", "{}");
+  EXPECT_NO_THROW(RunDirectory::create(folder_ / "training"));
+}
+
+TEST_F(RunDirectoryTest, AFolderThatWasMadeAndThatNothingCameIntoGoesAgain) {
+  {
+    const RunDirectory made = RunDirectory::create(folder_ / "made"), copy = made;
+    EXPECT_TRUE(fs::exists(folder_ / "made"));
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "made"));
+  RunDirectory::create(folder_ / "kept").set_scene("scene", false);
+  EXPECT_TRUE(fs::exists(folder_ / "kept/run.json"));
+  fs::create_directories(folder_ / "empty");
+  RunDirectory::create(folder_ / "empty");
+  EXPECT_TRUE(fs::exists(folder_ / "empty"));
 }
 
 TEST_F(RunDirectoryTest, AMissingOutputIsMadeAgain) {
@@ -149,7 +171,7 @@ class ReplacingAResult : public RunDirectoryTest {
   std::optional<Failure> attempt(int a, const std::vector<std::string>& files, std::optional<Failure> failure,
                                  bool overwrite = false) {
     StageKey work = key({{"a", a}});
-    work.outputs = {"fit/out.txt", a == 1 ? "old.png" : "new.png"};
+    work.outputs = {"fit/out.txt", a == 1 ? "old.png" : a == 2 ? "new.png" : "third.png"};
     work.kept = {"fit"};
     RunDirectory directory = RunDirectory::create(folder_ / "run");
     Progress progress(true);
@@ -159,6 +181,7 @@ class ReplacingAResult : public RunDirectoryTest {
         ++calls_;
         fs::create_directories(folder_ / "run/fit");
         for (const std::string& file : files) write_text(folder_ / "run" / file, std::to_string(a));
+        if (killed_) _exit(0);
         if (failure) throw Error(*failure, "work", "", "ends early", "");
         return nlohmann::json{{"a", a}};
       });
@@ -166,6 +189,13 @@ class ReplacingAResult : public RunDirectoryTest {
       return error.failure;
     }
     return std::nullopt;
+  }
+  /// The same in a process that is killed once the files are there.
+  void attempt_and_be_killed(int a, const std::vector<std::string>& files) {
+    const pid_t process = fork();
+    killed_ = process == 0;
+    if (killed_) attempt(a, files, {});
+    waitpid(process, nullptr, 0);
   }
   void make_first() { attempt(1, {"fit/out.txt", "old.png"}, {}); }
   void expect_first() {
@@ -176,6 +206,8 @@ class ReplacingAResult : public RunDirectoryTest {
     make_first();
     EXPECT_EQ(calls_, before) << "the first result still counts";
   }
+
+  bool killed_ = false;
 };
 
 TEST_F(ReplacingAResult, AStageThatFailsLeavesThePreviousOne) {
@@ -188,6 +220,33 @@ TEST_F(ReplacingAResult, AStageThatFailsLeavesThePreviousOne) {
   EXPECT_EQ(attempt(2, {"fit/out.txt", "new.png"}, {}), std::nullopt);
   EXPECT_FALSE(fs::exists(folder_ / "run/old.png"));
   EXPECT_EQ(read_text(folder_ / "run/fit.1/out.txt"), "1");
+}
+
+TEST_F(ReplacingAResult, WhatAFailedAttemptHasMadeIsThereWhenItIsRepeated) {
+  make_first();
+  EXPECT_EQ(attempt(2, {"fit/checkpoint"}, Failure::kInput), Failure::kInput);
+  EXPECT_EQ(read_text(folder_ / "run/fit.failed/checkpoint"), "2");
+  expect_first();
+  EXPECT_EQ(attempt(3, {}, Failure::kInput), Failure::kInput);  // another one, which makes nothing
+  EXPECT_EQ(attempt(2, {"fit/more"}, Failure::kNumerical), Failure::kNumerical);
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit.failed/checkpoint"));
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit.failed/more"));
+  expect_first();
+  EXPECT_EQ(attempt(2, {"fit/out.txt", "new.png"}, {}), std::nullopt);
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit/checkpoint"));
+  EXPECT_FALSE(fs::exists(folder_ / "run/fit.failed"));
+  EXPECT_EQ(read_text(folder_ / "run/fit.1/out.txt"), "1");
+}
+
+TEST_F(ReplacingAResult, WhatAKilledProgramHasNotRemovedIsRemovedOnceThereIsAResult) {
+  make_first();
+  attempt_and_be_killed(2, {"new.png"});
+  EXPECT_TRUE(fs::exists(folder_ / "run/old.png"));
+  attempt_and_be_killed(3, {});
+  EXPECT_EQ(attempt(3, {"fit/out.txt", "third.png"}, {}), std::nullopt);
+  EXPECT_FALSE(fs::exists(folder_ / "run/old.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "run/new.png"));
+  EXPECT_TRUE(fs::exists(folder_ / "run/third.png"));
 }
 
 TEST_F(ReplacingAResult, WhatWasOverwrittenDoesNotCount) {
@@ -264,6 +323,16 @@ TEST_F(RunDirectoryTest, AnotherSceneIsRefused) {
   EXPECT_THROW(directory.set_scene({{"source", "b"}}, false), Error);
 }
 
+TEST_F(RunDirectoryTest, WhereARecordSaysThatTheVideoLiesDoesNotCount) {
+  StageKey work = key({});
+  work.scene = {{"video", {{"camera", "c"}, {"fps", 24}, {"file", "/before/swing.mp4"}}}};
+  EXPECT_EQ(run_key(work), 1);
+  work.scene["video"].erase("file");
+  EXPECT_EQ(run_key(work), 1);
+  work.scene["video"]["fps"] = 25;
+  EXPECT_EQ(run_key(work), 2);
+}
+
 TEST_F(RunDirectoryTest, ARecordThatIsIncompleteOrLeadsElsewhereIsRefused) {
   EXPECT_EQ(run({{"a", 1}}), 1);
   write_text(folder_ / "mine.txt", "mine");
@@ -282,6 +351,7 @@ TEST_F(RunDirectoryTest, ARecordThatIsIncompleteOrLeadsElsewhereIsRefused) {
                                        std::string("a/../../mine.txt"), std::string("."), std::string()})
     for (const char* field : {"outputs", "kept"})
       expect_refused(field, [&](nlohmann::json& r) { r["stages"]["work"][field] = {elsewhere}; });
+  expect_refused("begun.work.outputs", [](nlohmann::json& r) { r["begun"]["work"]["outputs"] = {"../mine.txt"}; });
   expect_refused("folder", [](nlohmann::json& r) { r["stages"]["work"]["summary"]["folder"] = "../other"; });
   EXPECT_EQ(read_text(folder_ / "mine.txt"), "mine");
 }

@@ -225,8 +225,9 @@ TEST(StageFields, BelongToAnOptionOrToSomethingElseThatIsRecorded) {
             }),
             std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<FitStage>([](const FitStage& s) {
-              // How options are written; law and constants are recorded as found.material.
+              // How options are written; which of the videos it is; law and constants are recorded as found.material.
               return std::vector<Bytes>{bytes_of(&s, &s.prefix, sizeof(s.prefix)),
+                                        bytes_of(&s, &s.beside, sizeof(s.beside)),
                                         bytes_of(&s, &s.material.law, sizeof(s.material.law)),
                                         bytes_of(&s, &s.material.constants, sizeof(s.material.constants))};
             }),
@@ -257,6 +258,12 @@ TEST_F(StageKeys, ValuesOfTheSceneFileChangeTheKeysOfTheStagesThatReadThem) {
   expect("/material/law", "neo_hookean", Names{"predict"} + kFit + kSimulate);
   expect("/material/constants", {{"viscosity_time", 0.01}}, Names{"predict"} + kFit + kSimulate);
   expect("/video/fps", 2 * fps, {"fit", "fit, camera found"});
+  fs::copy_file(folder / "scene/reference.mp4", folder / "swing.mp4", fs::copy_options::overwrite_existing);
+  expect("/video/file", (folder / "swing.mp4").string(), {});  // a copy
+  const Names drawing = kSegment + Names{"extract", "repair", "fill", "fit", "fit, camera found"} + kRender;
+  expect("/background", {1, 1, 1}, drawing + kReconstruct);
+  expect("/background", {0, 0, 0}, kReconstruct);  // where it is not random behind photos with alpha then
+  expect("/antialiased", true, drawing);
   expect("/video/camera", camera == "view_001" ? "view_002" : "view_001",
          {"fit", "fit, camera found", "simulate", "render"});
 }
@@ -325,7 +332,8 @@ TEST_F(StageKeys, FilesOfTheRunChangeTheKeysOfTheStagesThatReadThem) {
   };
   expect(object / "object.ply",
          kBody + Names{"repair", "fit", "fit, camera found", "simulate", "render", "render a camera"});
-  expect(run / "background.ply", Names{"repair"} + kRender);  // which shows the hole until it is repaired
+  // They show the hole until it is repaired.
+  expect(run / "background.ply", Names{"repair", "fit", "fit, camera found"} + kRender);
   expect(run / "background_repaired.ply", Names{"fit", "fit, camera found"} + kRender);
   expect(object / "solid.h5", {"predict", "seed"});
   expect(object / "particles.h5", kFit + kSimulate + kRender);

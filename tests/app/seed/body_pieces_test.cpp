@@ -39,6 +39,11 @@ TEST(BodyPieces, SmallOnesThatHangOnNothingAreLeftOut) {
   EXPECT_NEAR(part.volume, 1120e-6, 1e-9);
   EXPECT_NEAR((body.centre[3] - Vec3f(0.01f, 0.01f, 1.005f)).norm(), 0, 0.01);
   EXPECT_EQ(body.held, (std::vector<uint8_t>{0, 0, 1, 0}));
+  const std::vector<int> follows = followed_samples(samples, part, body);
+  ASSERT_EQ(follows.size(), samples.size());
+  for (size_t i = 0; i < samples.size(); ++i) EXPECT_EQ(follows[i], i < 1120 ? -1 : follows[1120]) << i;
+  ASSERT_TRUE(follows[1120] >= 0 && follows[1120] < 1000) << "the nearest is in the largest cube";
+  EXPECT_EQ(samples.position[follows[1120]].z(), samples.position[999].z()) << "and on its top";
   EXPECT_EQ(largest_held(body.pieces, samples.position, pins), 2);
   EXPECT_EQ(largest_held(body.pieces, samples.position, {}), 0);
   const nlohmann::json rows = pieces_json(body);

@@ -99,6 +99,19 @@ TEST_F(Clip, FramesAreThoseOfTheClip) {
   EXPECT_GT(-10 * std::log10(square), 30);
 }
 
+TEST_F(Clip, IsBeforeTheBackgroundOfItsScene) {
+  json scene = read_json(folder_ / "scene/scene.json");
+  scene["background"] = {1, 0.5, 0};
+  write_json(folder_ / "scene/scene.json", scene);
+  ASSERT_EQ(render({"--no-orbit", "--frames", "--size", "96x64"}), 0);
+  const ImageF frame = read_image(run() / "clip/000003.png");
+  int empty = 0;
+  for (int y = 0; y < frame.height; ++y)
+    for (int x = 0; x < frame.width; ++x)
+      empty += std::abs(frame(x, y, 0) - 1) + std::abs(frame(x, y, 1) - 0.5) + frame(x, y, 2) < 0.02;
+  EXPECT_GT(empty, frame.width * frame.height / 20);
+}
+
 TEST_F(Clip, SizeAndFrameRateAreThoseAskedFor) {
   ASSERT_EQ(render({"--size", "320x140", "--clip-fps", "50", "--turntable", "--gif", "--webp"}), 0);
   for (const char* name : {"clip.mp4", "clip_orbit.mp4"}) {
@@ -110,9 +123,17 @@ TEST_F(Clip, SizeAndFrameRateAreThoseAskedFor) {
   }
   EXPECT_GT(fs::file_size(run() / "clip.gif"), 1000u);
   EXPECT_GT(fs::file_size(run() / "clip.webp"), 300u);
+  EXPECT_EQ(read_image(run() / "clip_frames.png").width, 4 * 320);
   for (const char* size : {"320", "320x", "0x140", "320x140x3", "99999x10", "wide"})
     EXPECT_EQ(render({"--size", size}), 2) << size;
   EXPECT_EQ(render({"--turntable", "--no-orbit"}), 2);
+}
+
+TEST_F(Clip, TheMomentsOfALargeClipAreReduced) {
+  ASSERT_EQ(render({"--size", "1000x200", "--no-orbit"}), 0);
+  const ImageF sheet = read_image(run() / "clip_frames.png");
+  EXPECT_EQ(sheet.width, 4 * 640);
+  EXPECT_EQ(sheet.height, 2 * 128);
 }
 
 TEST_F(Clip, ACameraPathMovesTheCameraAndOutlastsTheMotion) {
@@ -181,14 +202,53 @@ TEST_F(Clip, TheLayersDepthIsTheDistanceInMetres) {
   }
 }
 
-TEST(SceneVideo, CamerasOfOtherSizesAreFittedIntoItsFrames) {
-  const TemporaryFolder folder;
+/// A scene of one bright Gaussian in the middle.
+fs::path spot_scene(const TemporaryFolder& folder) {
   GaussianCloud cloud;
   cloud.resize(1);
   cloud.log_scale[0] = Vec3f::Constant(std::log(0.05f));
   cloud.opacity_logit[0] = 5;
   std::fill_n(cloud.sh_of(0), 3, 1.5f);
   write_ply(folder / "a.ply", cloud);
+  return folder / "a.ply";
+}
+
+TEST(ScenePictures, WhatCannotBeWrittenIsAUsageError) {
+  const TemporaryFolder folder;
+  const std::string scene = spot_scene(folder).string();
+  const auto render = [&](const std::string& out, std::vector<std::string> words = {}) {
+    words.insert(words.begin(), {"render", scene, "--orbit-views", "4", "--cameras", "orbit", "--size", "32x24",
+                                 "--out", (folder / out).string()});
+    return run_quietly(words);
+  };
+  folder.file("taken", "a file");
+  fs::create_directory(folder / "folder.mp4");
+  for (const char* out : {"a.webm", "a.MOV", "a.gif", "a.png", "taken", "taken/below", "taken/a.mp4", "folder.mp4"})
+    EXPECT_EQ(render(out), 2) << out;
+  for (const char* background : {"2,0,0", "0,-0.1,0", "0,0,nan"})
+    EXPECT_EQ(render("images", {std::string("--background=") + background}), 2) << background;
+  EXPECT_FALSE(fs::exists(folder / "images"));
+  EXPECT_FALSE(fs::exists(folder / "a.webm"));
+  EXPECT_EQ(render("clip.MP4"), 0);
+  EXPECT_TRUE(fs::is_regular_file(folder / "clip.MP4"));
+  EXPECT_EQ(render("images.v2", {"--background", "1,0.5,0"}), 0);
+  EXPECT_TRUE(fs::is_directory(folder / "images.v2"));
+  // A camera of one column.
+  Camera narrow = look_at({2, 0, 0}, {0, 0, 0}, {0, 0, 1}, 1, 48, 60);
+  narrow.name = "narrow";
+  write_transforms(folder / "t.json", {narrow});
+  const std::vector<std::string> words = {"render", scene, "--cameras", (folder / "t.json").string(), "--out"};
+  for (const auto& [out, code] : {std::pair("narrow.mp4", 2), std::pair("narrow", 0)}) {
+    std::vector<std::string> all = words;
+    all.push_back((folder / out).string());
+    EXPECT_EQ(run_quietly(all), code) << out;
+  }
+  EXPECT_FALSE(fs::exists(folder / "narrow.mp4"));
+}
+
+TEST(SceneVideo, CamerasOfOtherSizesAreFittedIntoItsFrames) {
+  const TemporaryFolder folder;
+  spot_scene(folder);
   const Camera large = look_at({2, 0, 0}, {0, 0, 0}, {0, 0, 1}, 64, 48, 60);
   for (const bool large_first : {true, false}) {
     std::vector<Camera> cameras = {large, large.scaled(0.5)};

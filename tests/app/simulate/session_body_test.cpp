@@ -75,6 +75,32 @@ TEST_F(SessionBody, AnEGivenBesideAFitIsThatOfTheSessionAndOfTheExport) {
   EXPECT_EQ(setup(fewer).solid.density, std::vector<float>(count / 2, 500));
 }
 
+TEST_F(SessionBody, AMotionOfAnotherMaterialOrScaleIsRefused) {
+  make(true);
+  fs::copy_file(folder_ / "scene.ply", object() / "object.ply");
+  const fs::path file = folder_ / "material.h5";
+  const auto write_young = [&](float young) {
+    const size_t count = particles_.solid_position.size();
+    const std::vector<float> poisson(count, 0.3f), density(count, 500);
+    write_material(file, {std::vector<float>(count, young), poisson, density, "made", {}, {}}, "{}");
+  };
+  write_young(1e5f);
+  const std::string simulated = read_text(file);
+  ASSERT_EQ(run_quietly({"simulate", run(), "--material", file.string(), "--duration", "0.05", "--interactions",
+                         script(json::array())}),
+            0);
+  EXPECT_EQ(setup().refused, "");
+  write_young(2e5f);
+  expect_error(Failure::kUsage, {"material", "replaced", "pliant simulate"}, [&] { setup(); });
+  EXPECT_EQ(run_quietly({"export", run(), "--html", (folder_ / "clip.html").string()}), 2);
+  write_text(file, simulated);
+  EXPECT_EQ(setup().refused, "");
+  json record = json::parse(read_text(folder_ / "run/run.json"));
+  record["scene"]["metres_per_unit"] = 0.5;
+  write_text(folder_ / "run/run.json", record.dump());
+  expect_error(Failure::kUsage, {"scale", "replaced", "pliant simulate"}, [&] { setup(); });
+}
+
 TEST_F(SessionBody, WhatStandsThereAllTheTimeActsAsInTheSimulation) {
   make(false);
   const std::vector<std::pair<InteractionType, json>> rows = {

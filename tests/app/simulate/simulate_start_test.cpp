@@ -79,6 +79,18 @@ TEST(SimulateStart, DiesAwayAsFastAsItsFileSaysOnAnyGrid) {
 
 class SimulateBarStart : public BarRun {};
 
+TEST_F(SimulateBarStart, ASimulationThatFailsLeavesThePreviousOneWhole) {
+  make(true);
+  ASSERT_EQ(simulate({"--young", "1e5", "--duration", "0.05", "--interactions", script(json::array())}), 0);
+  const std::vector<fs::path> files = {object() / "material.h5", object() / "trajectory.h5",
+                                       folder_ / "run/interactions.json"};
+  std::vector<std::string> before;
+  for (const fs::path& file : files) before.push_back(read_text(file));
+  EXPECT_EQ(simulate({"--young", "2e5", "--interactions", script(json::array({json{{"type", "shove"}}}))}), 2);
+  for (size_t k = 0; k < files.size(); ++k) EXPECT_EQ(read_text(files[k]), before[k]) << files[k];
+  EXPECT_EQ(summary()["session"]["uniform"]["young"], 1e5);
+}
+
 // A solved rest shape is simulated on the Eulerian grid: the start dies away there as in a captured shape.
 TEST_F(SimulateBarStart, KeepsItsDampingAndItsDeformationInASolvedRestShape) {
   make(true);

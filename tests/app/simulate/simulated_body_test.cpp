@@ -165,6 +165,35 @@ TEST_F(SimulatedBar, IsNoSceneAndNamesItsOwn) {
     EXPECT_NE(said.find(words), std::string::npos) << said;
 }
 
+TEST_F(SimulatedBar, SlidesFarOverTheRestOfTheSceneWithoutSinking) {
+  make(false);
+  GaussianCloud table;
+  table.sh_degree = 0;
+  for (int i = 0; i < 100; ++i)
+    for (int k = 0; k < 24; ++k) {
+      const size_t at = table.size();
+      table.resize(at + 1);
+      table.position[at] = Vec3f(0.02f * static_cast<float>(i) - 0.2f, 0.02f * static_cast<float>(k) - 0.2f, -0.01f);
+      table.log_scale[at] = Vec3f(0.012f, 0.012f, 0.002f).array().log();
+      table.rotation[at] = Vec4f(1, 0, 0, 0);
+      table.opacity_logit[at] = 4;
+    }
+  std::filesystem::remove(folder_ / "run/background.ply");
+  write_ply(folder_ / "run/background.ply", table);
+  const json push = {{"type", "gust"}, {"region", "all"}, {"acceleration", {18, 0, 0}}, {"duration", 0.25}};
+  ASSERT_EQ(simulate({"--young", "1e6", "--duration", "0.8", "--settle-time", "0", "--collide-scene", "--interactions",
+                      script(json::array({push}))}),
+            0);
+  const std::vector<Vec3f> end = motion().frames.back().position;
+  float lowest = 1, least = 9;
+  for (const Vec3f& x : end) {
+    lowest = std::min(lowest, x.z());
+    least = std::min(least, x.x());
+  }
+  EXPECT_GT(least, 0.32f) << "farther than its size";
+  EXPECT_GT(lowest, -0.03f);
+}
+
 TEST_F(SimulatedBar, RefusesANegativePoissonsRatioBeforeAnythingRuns) {
   make(true);
   const auto code = [&](const std::string& law) {

@@ -53,6 +53,7 @@ ParticleFile some_particles() {
   p.driving_position = vectors(5);
   p.driving_volume = floats(5, 0, 1);
   for (int i = 0; i < 40; ++i) p.solid_driver.push_back(i % 6 - 1);
+  for (int i = 0; i < 40; ++i) p.solid_follows.push_back(i % 12 == 0 ? i + 1 : -1);
   p.cell_size = 0.03;
   p.metres_per_unit = 0.25;
   p.pinned_json = R"([{"sphere": [0, 0, 0, 1]}])";
@@ -144,6 +145,7 @@ TEST(Store, ParticlesAndMaterialSurviveAndMaterialFindsItsSamples) {
   EXPECT_EQ(back.solid_position, p.solid_position);
   EXPECT_EQ(back.solid_volume, p.solid_volume);
   EXPECT_EQ(back.solid_driver, p.solid_driver);
+  EXPECT_EQ(back.solid_follows, p.solid_follows);
   EXPECT_EQ(back.driving_position, p.driving_position);
   EXPECT_EQ(back.driving_volume, p.driving_volume);
   EXPECT_EQ(back.cell_size, p.cell_size);
@@ -430,6 +432,13 @@ TEST(Store, WrongShapesTypesAndValuesNameTheDataset) {
   p.solid_driver[3] = 5;
   write_particles(folder / "bad.h5", p, "{}");
   expect_error(Failure::kInput, {"/solid/driver", "5 of 5"}, [&] { read_particles(folder / "bad.h5"); });
+  p = some_particles();
+  for (const int followed : {-2, 6, 40}) {  // of which 6 is not simulated
+    p.solid_follows[12] = followed;
+    write_particles(folder / "bad.h5", p, "{}");
+    expect_error(Failure::kInput, {"/solid/follows", std::to_string(followed)},
+                 [&] { read_particles(folder / "bad.h5"); });
+  }
   p = some_particles();
   p.driving_position[2].y() = NAN;
   write_particles(folder / "bad.h5", p, "{}");

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/io/cameras/transforms.h"
+#include "gaussians/io/images/image_io.h"
 #include "tests/temporary_folder.h"
 
 using nlohmann::json;
@@ -77,6 +78,58 @@ TEST(CameraPath, IsAnyCameraFileInItsOrder) {
   cameras[1].width = 32;
   write_transforms(folder / "transforms.json", cameras);
   EXPECT_THROW(read_camera_path(folder / "transforms.json"), Error);
+}
+
+TEST(CameraPath, NamesOfPosesAreInTheirOrder) {
+  const TemporaryFolder folder;
+  json file = viewer_path();
+  for (int k = 2; k < 11; ++k) file["camera_path"].push_back(file["camera_path"][0]);
+  const CameraPath path = read_camera_path(folder.file("camera_path.json", file.dump()));
+  EXPECT_EQ(path.cameras.front().name, "00");
+  EXPECT_EQ(path.cameras[9].name, "09");
+  EXPECT_EQ(path.cameras.back().name, "10");
+}
+
+TEST(CameraPath, ViewsNeedNoPhotosAndTheirLensIsWarnedOf) {
+  const TemporaryFolder folder;
+  std::vector<Camera> cameras;
+  for (int k = 0; k < 3; ++k) {
+    cameras.push_back(look_at({2, 0.5 * k, 1}, {0, 0, 0}, {0, 0, 1}, 64, 48, 50));
+    cameras.back().name = std::string(1, static_cast<char>('a' + k));
+    cameras.back().distortion[0] = 0.1;
+  }
+  // Of one of them there is a photo, which is half as large.
+  write_image(folder / "b.png", ImageF(32, 24, 3));
+  write_transforms(folder / "transforms.json", cameras);
+  const CameraPath path = read_camera_path(folder / "transforms.json");
+  ASSERT_EQ(path.cameras.size(), 3u);
+  for (const Camera& camera : path.cameras) EXPECT_EQ(camera.width, 32);
+  ASSERT_EQ(path.warnings.size(), 2u);
+  EXPECT_NE(path.warnings[0].find("the cameras are scaled to the photos"), std::string::npos) << path.warnings[0];
+  EXPECT_NE(path.warnings[1].find("lens distortion (k1)"), std::string::npos) << path.warnings[1];
+  // A photo that is no image is none.
+  folder.file("b.png", "no image");
+  EXPECT_EQ(read_camera_path(folder / "transforms.json").cameras[0].width, 64);
+}
+
+TEST(CameraPath, CamerasOfColmapFollowTheNumbersOfTheirPhotos) {
+  const TemporaryFolder folder;
+  folder.file("cameras.txt", "1 PINHOLE 64 48 50 50 32 24\n");
+  std::string images;
+  for (const int photo : {10, 2, 1, 9})
+    images += std::to_string(20 - photo) + " 1 0 0 0 " + std::to_string(photo) + " 0 0 1 film/f" +
+              std::to_string(photo) + ".png\n\n";
+  folder.file("images.txt", images);
+  const auto names = [&] {
+    std::string all;
+    for (const Camera& camera : read_camera_path(folder.path()).cameras) all += camera.name + " ";
+    return all;
+  };
+  EXPECT_EQ(names(), "f1 f2 f9 f10 ");
+  std::filesystem::create_directory(folder / "film");
+  for (const int photo : {10, 2, 1, 9})
+    write_image(folder / ("film/f" + std::to_string(photo) + ".png"), ImageF(64, 48, 3));
+  EXPECT_EQ(names(), "f1 f2 f9 f10 ");
 }
 
 TEST(CameraPath, MalformedFilesNameThePoseAndTheKey) {

@@ -380,6 +380,19 @@ TEST(Cameras, PathsOfPhotosMayBeThoseOfWindows) {
   EXPECT_EQ(find_photo({}, {folder / "."}, "odd\\name"), folder / "odd\\name.png");
 }
 
+TEST(Cameras, NamesOfCamerasStayInTheFolderOfTheirFiles) {
+  const TemporaryFolder folder;
+  std::vector<Camera> cameras = some_cameras();
+  cameras[0].name = "../escaped";
+  cameras[1].name = "left\\..\\a.b";
+  cameras[2].name = ".hidden.a";
+  EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
+  const CameraFile file = read_cameras(folder / "t.json");
+  EXPECT_EQ(file.cameras[0].name, "_.._escaped");
+  EXPECT_EQ(file.cameras[1].name, "left_.._a.b");
+  EXPECT_EQ(file.cameras[2].name, "_.hidden.a");
+}
+
 TEST(Colmap, OfSeveralModelsTheFirstOrTheLargestIsTakenAndTheOthersAreNamed) {
   const std::vector<Camera> cameras = some_cameras();
   for (const bool binary : {true, false})

@@ -1,6 +1,9 @@
 // Files and pictures: atomic writes, SHA-256 against FIPS 180 vectors, nearest names, pictures there and back.
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include "gaussians/base/random.h"
 #include "gaussians/io/files/files.h"
@@ -96,6 +99,25 @@ TEST(IdPictures, SurviveAtEveryDepth) {
     write_ids(folder / "ids.png", ids);
     EXPECT_EQ(read_ids(folder / "ids.png").data, ids.data) << largest;
   }
+}
+
+/// Writes a picture where no file may have a byte, as on a full disk, and ends: 7 = with the message.
+[[noreturn]] void write_picture_to_a_full_disk(const fs::path& file) {
+  signal(SIGXFSZ, SIG_IGN);
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_FSIZE, &none);
+  try {
+    write_image(file, ImageF(8, 8, 3, 0.5f));
+  } catch (const Error& error) {
+    std::exit(std::string(error.what()).find("free space") != std::string::npos ? 7 : 8);
+  }
+  std::exit(9);
+}
+
+TEST(Pictures, AFullDiskIsSaid) {
+  const TemporaryFolder folder;
+  EXPECT_EXIT(write_picture_to_a_full_disk(folder / "a.png"), testing::ExitedWithCode(7), "");
+  EXPECT_FALSE(fs::exists(folder / "a.png"));
 }
 
 TEST(Pictures, BadFilesAreNamed) {

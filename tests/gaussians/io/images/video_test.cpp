@@ -88,6 +88,47 @@ TEST(Video, AlphaIsKept) {
   EXPECT_GT(decoded.at<cv::Vec4b>(24, 54)[2], 240);
 }
 
+TEST(Video, PlayersShowTheColorsThatWereWrittenAlsoInHd) {
+  const TemporaryFolder folder;
+  const float color[] = {200 / 255.f, 80 / 255.f, 40 / 255.f, 1};
+  struct Case {
+    const char *file, *decoder;
+    VideoCoding coding;
+  };
+  for (const Case& c : {Case{"a.mp4", "", VideoCoding::kForBrowsers}, Case{"b.mp4", "", VideoCoding::kFaithful},
+                        Case{"c.webm", "-c:v libvpx-vp9", VideoCoding::kWithAlpha}}) {
+    SCOPED_TRACE(c.file);
+    const std::string file = (folder / c.file).string(), png = (folder / "frame.png").string(),
+                      tags = (folder / "tags.txt").string();
+    ImageF picture(1280, 720, c.coding == VideoCoding::kWithAlpha ? 4 : 3);
+    for (size_t i = 0; i < picture.data.size(); ++i) picture.data[i] = color[i % picture.channels];
+    VideoWriter video(file, 24, 1280, 720, c.coding);
+    video.write(picture);
+    video.close();
+    // Its tags are what players follow, among them ffmpeg where it is told nothing else.
+    ASSERT_EQ(std::system(("ffprobe -v error -select_streams v:0 -show_entries stream=color_space,color_range,"
+                           "color_transfer,color_primaries -of default=noprint_wrappers=1 " +
+                           file + " > " + tags)
+                              .c_str()),
+              0);
+    const std::string said = read_text(tags);
+    for (const char* tag :
+         {"color_space=smpte170m", "color_range=tv", "color_transfer=iec61966-2-1", "color_primaries=bt709"})
+      EXPECT_NE(said.find(tag), std::string::npos) << tag << " in " << said;
+    ASSERT_EQ(run_ffmpeg(std::string("-y ") + c.decoder + " -i " + file + " -frames:v 1 -pix_fmt rgb24 " + png), 0);
+    const ImageF shown = read_image(png);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(shown(640, 360, k), color[k], 2.5f / 255);
+  }
+}
+
+TEST(Video, AFrameNeedsTwoPixelsEitherWay) {
+  const TemporaryFolder folder;
+  for (const auto& [width, height] : {std::pair(1, 48), std::pair(64, 1)})
+    expect_error(Failure::kUsage, {"a.mp4", std::to_string(width) + " x " + std::to_string(height), "2 x 2"},
+                 [&] { VideoWriter(folder / "a.mp4", 24, width, height); });
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST(WriteImage, ColoursAndAlphaStayInTheirChannelsAndDepthKeeps16Bits) {
   const TemporaryFolder folder;
   ImageF color(3, 2, 4), depth(3, 2, 1);

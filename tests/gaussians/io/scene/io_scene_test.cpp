@@ -268,6 +268,24 @@ TEST(Scene, UpComesFromOptionThenFileThenCamerasThenPlaneThenMinusY) {
   EXPECT_EQ(scene.cameras.size(), 24u);
 }
 
+TEST(Scene, IsAntialiasedByOptionThenFileThenSplats) {
+  const TemporaryFolder folder;
+  for (const bool marked : {false, true}) {
+    write_ply(folder / "s.ply", ball(100, {0, 0, 0}, 1), marked);
+    const auto antialiased = [&](const std::string& said, bool option) {
+      folder.file("scene.json", R"({"splats": "s.ply")" + said + "}");
+      LoadOptions options;
+      options.antialiased = option;
+      return load_scene(folder.path(), options).report.antialiased;
+    };
+    EXPECT_EQ(antialiased("", false), marked);
+    EXPECT_TRUE(antialiased(R"(, "antialiased": true)", false));
+    EXPECT_FALSE(antialiased(R"(, "antialiased": false)", false));
+    EXPECT_TRUE(antialiased(R"(, "antialiased": false)", true));
+    EXPECT_TRUE(antialiased("", true));
+  }
+}
+
 TEST(Scene, OfAModelFolderIsItsLastIteration) {
   const TemporaryFolder folder;
   write_ply(folder / "point_cloud/iteration_7000/point_cloud.ply", ball(100, {0, 0, 0}, 1));
@@ -283,7 +301,7 @@ TEST(SceneFile, EveryKeyIsRead) {
   const SceneFile scene = read_scene_file(folder.file("scene.json", R"({"splats": "splats/s.ply", "masks": "masks",
     "video": {"file": "v.mp4", "camera": "view_3", "fps": 24}, "up": [0, 0, 2], "metres_per_unit": 0.5,
     "support": "table", "object": "flower", "pinned": [{"box": [0, 0, 0, 1, 2, 3]}, {"sphere": [1, 1, 1, 0.5]}],
-    "material": {"young": 2e5, "poisson": 0.3, "density": 900}})"));
+    "material": {"young": 2e5, "poisson": 0.3, "density": 900}, "antialiased": true, "background": [1, 0.5, 0]})"));
   EXPECT_EQ(scene.splats, folder / "splats/s.ply");
   EXPECT_EQ(scene.masks, folder / "masks");
   EXPECT_EQ(scene.video->camera, "view_3");
@@ -299,6 +317,9 @@ TEST(SceneFile, EveryKeyIsRead) {
   EXPECT_EQ(scene.material.young, 2e5);
   EXPECT_EQ(scene.material.poisson, 0.3);
   EXPECT_EQ(scene.material.density, 900);
+  EXPECT_EQ(scene.antialiased, true);
+  EXPECT_EQ(scene.background_color(), Vec3f(1, 0.5f, 0));
+  EXPECT_EQ(SceneFile().background_color(), Vec3f(0, 0, 0));
   EXPECT_EQ(*read_scene_file(folder.file("scene.json", R"({"up": "-y"})")).up, Eigen::Vector3d(0, -1, 0));
 }
 
@@ -330,6 +351,10 @@ TEST(SceneFile, UnknownKeysAndImpossibleValuesAreNamed) {
   refused(R"({"pinned": [{}]})", {"pinned[0]"});
   refused(R"({"pinned": {}})", {"pinned", "array"});
   refused(R"({"video": {"file": "v.mp4"}})", {"video.camera", "missing"});
+  refused(R"({"antialiased": 1})", {"antialiased", "1", "true or false"});
+  refused(R"({"background": [0, 0]})", {"background", "3 numbers"});
+  refused(R"({"background": [0, 255, 0]})", {"background", "0..1"});
+  refused(R"({"background": [0, -0.1, 0]})", {"background", "0..1"});
   refused(R"([1])", {"object"});
   refused(R"({"splats": "none.ply"})", {"splats", "none.ply", "does not exist"}, Failure::kInput);
   refused("{", {"JSON"}, Failure::kInput);
