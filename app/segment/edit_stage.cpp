@@ -61,6 +61,7 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
                           {"value", edit.text()},
                           {"gaussians", outcome.gaussians},
                           {"did", outcome.sentence}});
+    if (!outcome.old_name.empty()) operations.back()["renamed"] = {outcome.old_name, edit.name};
   }
   // Said once all of them are known to be possible.
   for (const json& operation : operations) context.progress.say("edit: " + operation["did"].get<std::string>());

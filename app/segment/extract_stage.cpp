@@ -70,6 +70,13 @@ std::optional<size_t> support_class(const Scene& scene, const Segmentation& segm
   return std::nullopt;
 }
 
+/// What an object is called after the renamings among a person's edits.
+std::string present_name(const json& edits, std::string name) {
+  for (const json& edit : edits)
+    if (edit.contains("renamed") && edit["renamed"][0] == name) name = edit["renamed"][1];
+  return name;
+}
+
 /// The object to cut, and why that one where nobody chose it.
 struct ChosenClass {
   size_t index = 0;
@@ -78,13 +85,14 @@ struct ChosenClass {
 
 /// Class of the object that the user means by id or name; without a wish the scene file's, else the only one, else the
 /// most prominent.  The rest, the background and `supports` of the automatic mode count only when they are asked for,
-/// or where there is nothing else.  The scene file does not know the names of a selection or of the automatic mode.
+/// or where there is nothing else.  The scene file does not know the names of a selection or of the automatic mode;
+/// what it names may have been renamed since.
 ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, const std::string& wish,
-                         const json& segmented, const std::vector<uint32_t>& supports) {
+                         const json& segmented, const json& edits, const std::vector<uint32_t>& supports) {
   const std::vector<std::string>& names = segmentation.class_name;
   const bool automatic = segmented.value("automatic", false);
   const bool own_names = automatic || segmented.value("selected", false) || scene.settings.file.empty();
-  std::string scene_default = scene.settings.object;
+  std::string scene_default = present_name(edits, scene.settings.object);
   if (own_names && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
   if (!wish.empty()) return {class_of_object(segmentation, "--object", wish), ""};
   if (!scene_default.empty())
@@ -207,7 +215,7 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   const bool automatic = segmented.value("automatic", false);
   const std::vector<uint32_t> supports =
       automatic ? supports_among(read_json(run / "objects.json")) : std::vector<uint32_t>();
-  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented, supports);
+  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented, run.note("edits"), supports);
   const uint32_t id = segmentation.class_id[chosen.index];
   const std::string& name = segmentation.class_name[chosen.index];
   const std::string& support = scene.settings.support;

@@ -130,9 +130,9 @@ EditOutcome rename(const ObjectEdit& edit, Segmentation& s) {
     if (other != c && s.class_name[other] == edit.name)
       throw usage_error(edit.option(), edit.name, "is the name of object " + std::to_string(s.class_id[other]),
                         "give another name, or merge them with --merge");
-  const std::string before = described(s, c);
+  const std::string before = described(s, c), old_name = s.class_name[c];
   s.class_name[c] = edit.name;
-  return {{s.class_id[c]}, 0, before + " was renamed to " + edit.name};
+  return {{s.class_id[c]}, 0, before + " was renamed to " + edit.name, old_name};
 }
 
 }  // namespace

@@ -28,6 +28,7 @@ struct EditOutcome {
   std::vector<uint32_t> ids;  ///< of the objects that are left or new
   size_t gaussians = 0;       ///< whose label changed
   std::string sentence;
+  std::string old_name = "";  ///< of kName
 };
 
 /// Applies one edit.  Merge: all become the first, which keeps id and name.  Split: the part with most opacity keeps id

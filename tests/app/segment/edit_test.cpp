@@ -100,6 +100,9 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "rose=tulip"}), 0);
   EXPECT_TRUE(std::filesystem::exists(folder_of("tulip") / "object.ply"));
 
+  // The scene file still calls it flower.
+  ASSERT_EQ(run_quietly({"extract", out}), 0);
+  EXPECT_EQ(read_json(run / "run.json")["stages"]["extract"]["summary"]["name"], "tulip");
   // Later stages run again by themselves; segment keeps the edits until it is told to overwrite.
   ASSERT_EQ(run_quietly({"extract", out, "--object", "tulip"}), 0);
   EXPECT_NE(sha256_of_file(run / "background.ply"), background);

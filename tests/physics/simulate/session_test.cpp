@@ -158,6 +158,21 @@ TEST(Session, AHeldPinCanBeLetGoAndAnErrorLeavesTheSessionAsItWas) {
   EXPECT_LT(session.state().x[0].z(), before.z() - 0.1f) << "it falls 0.2 m in 0.2 s";
 }
 
+TEST(Session, WhatWasHeldAsItWasCapturedStaysInEquilibriumWhenHeldElsewhere) {
+  const Bar bar;
+  Session session = bar.session();
+  Interaction top = bar.pin;
+  top.region = Region::half_space(Vec3d(0, 0, 0.065), Vec3d(0, 0, -1));
+  session.advance();
+  session.begin(top);
+  session.end(0);
+  for (int f = 0; f < 30; ++f) session.advance();
+  double largest = 0;
+  for (size_t i = 0; i < bar.particles.size(); ++i)
+    largest = std::max<double>(largest, (session.state().x[i] - bar.particles.position[i]).norm());
+  EXPECT_LT(largest, 1e-5) << "gravity would draw it out by some tenths of a millimetre";
+}
+
 TEST(Session, AFrameThatNeedsTooManySubstepsFailsAtOnceAndLeavesTheState) {
   Bar bar;
   bar.options.max_substeps = 40;
