@@ -1,7 +1,6 @@
 // What whole simulations do at the ends: far away, unstable, impossible.
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,12 +9,10 @@
 #include "physics/body/make_particles.h"
 #include "physics/laws/law.h"
 #include "physics/mpm/mpm.h"
-#include "physics/simulate/energy.h"
 #include "physics/simulate/loads.h"
 #include "physics/simulate/simulate.h"
 #include "physics/simulate/simulator.h"
 #include "tests/physics/shapes.h"
-#include "tests/physics/simulate/recorded_motion.h"
 #include "tests/physics/simulate/simulation_parts.h"
 
 namespace pliant {
