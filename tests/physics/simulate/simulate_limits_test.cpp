@@ -13,6 +13,7 @@
 #include "physics/simulate/simulate.h"
 #include "physics/simulate/simulator.h"
 #include "tests/physics/shapes.h"
+#include "tests/physics/simulate/recorded_motion.h"
 #include "tests/physics/simulate/simulation_parts.h"
 
 namespace pliant {
