@@ -140,14 +140,20 @@ void LiveSession::forget_ended() {
   std::erase_if(active_, ended);
 }
 
-/// One frame from the first of these states with which it works.
+/// One frame from the first of these states with which it works in few substeps: a person waits for all that are tried.
 void LiveSession::recover(const SimulationState& good) {
   const SimulationState states[] = {good, at_rest(good), at_rest(first_)};
   for (const SimulationState& state : states) {
     try {
       open(state);
+      SessionSettings settings = session_->settings();
+      settings.max_substeps = most_substeps(options_, particles_, 1, 0);
+      session_->set(settings);
       session_->advance();
-      if (finite(session_->state())) return;
+      if (!finite(session_->state())) continue;
+      settings.max_substeps = options_.max_substeps;
+      session_->set(settings);
+      return;
     } catch (const Error&) {
       if (&state == &states[2]) throw;
     }

@@ -8,9 +8,9 @@
 namespace pliant {
 namespace {
 
-constexpr double kRestReserve = 4;       // substeps over those at rest that a frame may take in any case ...
-constexpr double kStifferReserve = 1.5;  // ... and over those at rest with the stiffness of now
-constexpr double kMostStiffer = 100;     // times, as far as the pages' sliders go
+constexpr double kRestReserve = 4;        // substeps over those at rest that a frame may take in any case ...
+constexpr double kStifferReserve = 1.25;  // ... and over those at rest with the stiffness of now
+constexpr double kMostStiffer = 100;      // times, as far as the pages' sliders go
 
 }  // namespace
 

@@ -101,13 +101,22 @@ AtParticle<T> at_particle(const MpmData<T>& data, int s, const std::vector<Node<
   return of;
 }
 
-/// Of the particle in slot s, by the nodes.
+/// Of the particle in slot s, by the nodes: in one pass over its stencil, a node's four lanes at a time.
 template <class T>
 ParticlePlace<T> place_of(const MpmData<T>& data, int s, const std::vector<Node<T>>& displacement,
                           const std::vector<Node<T>>& velocity) {
-  Vec3<T> x = data.reference[data.record[s].index] + at_particle(data, s, displacement).value;
+  using Lanes = Eigen::Array<T, 4, 1>;
+  Lanes u = Lanes::Zero(), v = Lanes::Zero();
+  const Vec3<T>& X = data.reference[data.record[s].index];
+  const int b = data.block_of_slot[s];
+  for_stencil(data, X, [&](int at, T w, const Vec3<T>&) {
+    const size_t node = node_of_patch(data.grid, b, at);
+    u += w * Eigen::Map<const Lanes>(displacement[node].lane);
+    v += w * Eigen::Map<const Lanes>(velocity[node].lane);
+  });
+  Vec3<T> x = X + u.matrix().template head<3>();
   if (!data.undisplaced.empty()) x += Eigen::Map<const Vec3<T>>(data.undisplaced.data() + 12 * static_cast<size_t>(s));
-  return {x, at_particle(data, s, velocity).value};
+  return {x, v.matrix().template head<3>()};
 }
 
 /// Calls visit(slot, AtParticle of the first three lanes of `at_node` [nodes]) for every particle.

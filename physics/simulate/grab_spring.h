@@ -1,8 +1,11 @@
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "physics/mpm/particles.h"
 #include "physics/simulate/interaction.h"
 
 namespace pliant {
@@ -22,10 +25,31 @@ inline Vec3d path_position(const std::vector<Interaction::PathPoint>& path, doub
   return path[k - 1].position + s * (path[k].position - path[k - 1].position);
 }
 
+/// Length [m] of the uniform bar whose volume lies as far from its centre, along its axis, as that of these particles
+/// along their longest: sqrt(12 variance).  Each particle counts as a cube.
+template <class T>
+double bar_length(const BasicParticles<T>& particles, std::span<const int> touched) {
+  double volume = 0, own = 0;
+  Vec3d centre = Vec3d::Zero();
+  for (const int i : touched) {
+    const double v = particles.volume[i];
+    volume += v;
+    own += v * std::cbrt(v * v) / 12;
+    centre += v * particles.position[i].template cast<double>();
+  }
+  centre /= volume;
+  Mat3d variance = own * Mat3d::Identity();
+  for (const int i : touched) {
+    const Vec3d r = particles.position[i].template cast<double>() - centre;
+    variance += static_cast<double>(particles.volume[i]) * r * r.transpose();
+  }
+  return std::sqrt(12 * Eigen::SelfAdjointEigenSolver<Mat3d>(variance / volume).eigenvalues()[2]);
+}
+
 /// The damped spring of a grab during the substep [t, t + dt], which gives no more than so many newtons.
 struct GrabSpring {
-  static constexpr double kFrequency = 10;  ///< Hz, of the body's mass on the default spring
-  static constexpr double kMaxStrain = 4;   ///< of a cube of the touched material under the default largest force
+  static constexpr double kFrequency = 10;   ///< Hz, of the body's mass on the default spring
+  static constexpr double kMaxStrain = 0.5;  ///< of a bar of the touched material under the default largest force
   static constexpr double kOmega = 2 * 3.14159265358979324 * kFrequency;
 
   double dt, stiffness, damping, max_force;

@@ -48,7 +48,7 @@ struct Interaction {
   std::vector<PathPoint> path;
   double stiffness = 0;  ///< grab, N/m; 0 = (2 pi 10 Hz)^2 * mass of the body
   double damping = 0;    ///< grab, N s/m; 0 = critical for the mass of the body
-  double max_force = 0;  ///< grab, N; 0 = what the touched material gives: 4 times its mean E times its volume^(2/3)
+  double max_force = 0;  ///< grab, N; 0 = what would stretch a bar of the touched material by half
 
   double rate = 0;                                 ///< gust, 1/s
   double drag_coefficient = 1, air_density = 1.2;  ///< wind; kg/m^3

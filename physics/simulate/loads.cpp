@@ -120,13 +120,14 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;
         bits_[i] |= entry.bit;
         entry.mass += loaded[i];
-        entry.volume += particles.volume[i];
         entry.max_force += static_cast<double>(particles.young[i]) * particles.volume[i];
         if (it.type == InteractionType::kGrab || it.type == InteractionType::kTorque)
           entry.touched.push_back(static_cast<int>(i));
       }
-      entry.max_force =
-          it.max_force > 0 ? it.max_force : GrabSpring::kMaxStrain * entry.max_force / std::cbrt(entry.volume);
+      if (it.type == InteractionType::kGrab) {
+        entry.length = bar_length<T>(particles, entry.touched);
+        entry.max_force = it.max_force > 0 ? it.max_force : GrabSpring::kMaxStrain * entry.max_force / entry.length;
+      }
     }
     entries_.push_back(std::move(entry));
   }

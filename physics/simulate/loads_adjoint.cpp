@@ -156,8 +156,8 @@ void LoadSchedule<T>::add_by_young(const BasicParticles<T>& particles, const Loa
   for (size_t k = 0; k < entries_.size(); ++k)
     if (gradient.max_force[k] != 0)
       for (const int i : entries_[k].touched)
-        by_young[i] += static_cast<T>(GrabSpring::kMaxStrain * gradient.max_force[k] * particles.volume[i] /
-                                      std::cbrt(entries_[k].volume));
+        by_young[i] +=
+            static_cast<T>(GrabSpring::kMaxStrain * gradient.max_force[k] * particles.volume[i] / entries_[k].length);
 }
 
 template class LoadSchedule<float>;

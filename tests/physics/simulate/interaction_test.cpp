@@ -187,9 +187,10 @@ TEST(Interaction, AGrabOrFingerStaysAtTheEndOfItsPathForItsDuration) {
   EXPECT_GT(given(grab, {0}, INFINITY).norm(), 0) << "of one point, to the end";
 }
 
-// Four times Young's modulus times the section of what is touched.
+// Half of Young's modulus times the section of a bar of what is touched: a block of 4 x 4 x 6 cm is one of 6 cm.
 TEST(Interaction, AGrabPullsNoHarderThanTheTouchedMaterialWithoutALimitOfItsOwn) {
   Experiment run;
+  run.particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01, 0.0);
   Interaction grab = make(InteractionType::kGrab, Vec3d::Zero());
   grab.region = Region::all();
   const Vec3d rest = run.centre(initial_state(run.particles));
@@ -199,7 +200,7 @@ TEST(Interaction, AGrabPullsNoHarderThanTheTouchedMaterialWithoutALimitOfItsOwn)
   run.go({grab});
   double volume = 0;
   for (const double v : run.particles.volume) volume += v;
-  const double expected = 4 * run.particles.young[0] * std::pow(volume, 2.0 / 3) * 0.005;
+  const double expected = 0.5 * run.particles.young[0] * volume / 0.06 * 0.005;
   EXPECT_NEAR(run.momentum(run.states.back()).x(), expected, 1e-6 * expected);
 }
 

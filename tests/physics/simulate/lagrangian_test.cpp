@@ -157,6 +157,7 @@ TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGri
     grab.path = {{0.0, rest}, {1.0, far}, {3.0, rest}};
     grab.duration = 3;
     grab.stiffness = 2000;
+    grab.max_force = 500;  // the default would stretch it less
     strip.script = {pin_left(0.01), grab};
     strip.go(4.0, initial_state(strip.particles));
     const int k = grid == GridKind::kLagrangian;
