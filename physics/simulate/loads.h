@@ -56,6 +56,8 @@ class LoadSchedule {
 
   const std::vector<uint32_t>& bits() const { return bits_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
+  /// Force [N] that grab k does not exceed.
+  double max_force(size_t k) const { return entries_[k].max_force; }
   const Interaction& operator[](size_t k) const { return entries_[k].interaction; }
   /// Replaces the path of grab or finger `k`, which ends with it if it has no duration.
   void set_path(size_t k, const std::vector<Interaction::PathPoint>& path);

@@ -204,6 +204,23 @@ TEST(Interaction, AGrabPullsNoHarderThanTheTouchedMaterialWithoutALimitOfItsOwn)
   EXPECT_NEAR(run.momentum(run.states.back()).x(), expected, 1e-6 * expected);
 }
 
+// A spring of 1000 N/m, drawn out by a path of 5 cm at once, pulls with 50 N.
+TEST(Interaction, AGrabThatPullsAsHardAsItMayIsSaidWithItsForce) {
+  for (const double max_force : {2.0, 500.0}) {
+    Experiment run;
+    Interaction grab = make(InteractionType::kGrab, Vec3d::Zero());
+    grab.region = Region::all();
+    const Vec3d place = run.centre(initial_state(run.particles)) + Vec3d(0.05, 0, 0);
+    grab.path = {{0.0, place}, {0.2, place}};
+    grab.stiffness = 1000;
+    grab.max_force = max_force;
+    const auto said = std::ranges::count_if(run.go({grab}).summary.warnings, [](const std::string& w) {
+      return w.find("interaction 0 (grab) pulls with its maximum force of 2 N") != std::string::npos;
+    });
+    EXPECT_EQ(said, max_force == 2.0 ? 1 : 0) << max_force;
+  }
+}
+
 TEST(Interaction, AStretchBeyondTheLawsRangeIsSaidOnce) {
   Experiment run;
   Interaction pin = make(InteractionType::kPin, Vec3d::Zero()), grab = make(InteractionType::kGrab, Vec3d::Zero());
