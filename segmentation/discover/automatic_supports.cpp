@@ -90,11 +90,15 @@ void remove_near(const Support& support, float tolerance, std::vector<Vec3f>& po
   std::erase_if(points, [&](const Vec3f& x) { return std::abs(support.height(x)) <= tolerance; });
 }
 
-/// The lowest plane that can be the ground, with so thick a consensus.  A slab through a body is none: the body goes on
-/// above most of it.
-std::optional<Candidate> lowest_ground(const SupportOptions& options, const std::vector<Vec3f>& samples,
-                                       const Vec3f& up, float tolerance, float cell) {
-  std::optional<Candidate> ground;
+/// The lowest planes that can be the ground: with next to nothing below beside what is above, or beside the plane.
+struct Grounds {
+  std::optional<Candidate> by_things, by_itself;
+};
+
+/// With so thick a consensus.  A slab through a body is none: the body goes on above most of it.
+Grounds lowest_grounds(const SupportOptions& options, const std::vector<Vec3f>& samples, const Vec3f& up,
+                       float tolerance, float cell) {
+  Grounds grounds;
   std::vector<Vec3f> left = samples;
   for (int k = 0; k < kGroundTries && left.size() >= kFewest; ++k) {
     const Plane plane = fit_plane(left, tolerance, options.seed + k, up, options.tilt);
@@ -102,14 +106,17 @@ std::optional<Candidate> lowest_ground(const SupportOptions& options, const std:
     Candidate found(plane, tolerance, plane.normal, samples);
     remove_near(found.support, tolerance, left);
     const size_t above = occupied_cells(found.above, plane.normal, cell).size();
-    if (found.support.share < options.ground_share || found.share_below() > options.below) continue;
+    const bool by_things = found.share_below() <= options.below;
+    const bool by_itself = static_cast<float>(found.below) <= options.below * static_cast<float>(found.inside.size());
+    if (found.support.share < options.ground_share || (!by_things && !by_itself)) continue;
     if (static_cast<float>(occupied_cells(found.inside, plane.normal, cell).size()) <
         options.ground_area * static_cast<float>(above))
       continue;
     if (open_share(found, kWideCells * cell, kLow * kCells * cell) < options.ground_open) continue;
+    std::optional<Candidate>& ground = by_things ? grounds.by_things : grounds.by_itself;
     if (!ground || up.dot(found.support.point - ground->support.point) < 0) ground = std::move(found);
   }
-  return ground;
+  return grounds;
 }
 
 /// Points drawn from the scene along a curve through space, so that they are about the same ones for any order and
@@ -265,11 +272,19 @@ std::vector<Support> find_supports(const SupportOptions& options, const SolidSce
   const float tolerance = std::max(options.tolerance * diagonal, scene.graph.spacing),
               cell = std::max(diagonal / kCells, 1e-12f);
 
-  std::optional<Candidate> ground;
-  float thickness = tolerance;
+  std::optional<Candidate> ground, by_itself;
+  float thickness = tolerance, thickness_by_itself = tolerance;
   for (float rough = 1; rough <= options.roughest && !ground; rough *= 2) {
     thickness = rough * tolerance;
-    ground = lowest_ground(options, samples, up, thickness, cell);
+    Grounds found = lowest_grounds(options, samples, up, thickness, cell);
+    ground = std::move(found.by_things);
+    if (by_itself || !found.by_itself) continue;
+    by_itself = std::move(found.by_itself);
+    thickness_by_itself = thickness;
+  }
+  if (!ground) {
+    ground = std::move(by_itself);
+    thickness = thickness_by_itself;
   }
   if (!ground) return {};
   ground->settle(scene.graph.spacing);

@@ -12,7 +12,7 @@ struct SupportOptions {
   float roughest = 4;          ///< up to so many times that for the ground, which may be a lawn
   float tilt = 0.6f;           ///< rad, of the ground's normal against up
   float ground_share = 0.10f;  ///< least share of what the views show that lies on the ground,
-  float below = 0.10f;         ///< most of the rest below it,
+  float below = 0.10f;         ///< most of the rest below it, or failing such a plane most below it / on it,
   float ground_area = 0.7f;    ///< least area / area of what is above it,
   float ground_open = 0.4f;    ///< and least share of its area with nothing above it but a ceiling
   float wall_share = 0.05f;    ///< the same for walls,

@@ -59,6 +59,30 @@ TEST(FindSupports, AreThoseOfAnyOrderAndOriginAndNoSlabThroughABody) {
   }
 }
 
+// A ground with a small thing on it and a haze below: more than a tenth of what is beside the ground lies below it, but
+// less than a tenth of the ground.
+TEST(FindSupports, AreTheGroundThatHoldsNearlyEverythingThoughHazeLiesBelow) {
+  const auto found = [](int haze) {
+    std::vector<Vec3f> points;
+    for (int i = 0; i < 20000; ++i) {
+      Random random(5, i);
+      const auto between = [&](float a, float b) { return static_cast<float>(random.uniform(a, b)); };
+      if (i < 1000)
+        points.emplace_back(between(-0.3f, 0.3f), between(-0.3f, 0.3f), between(0.1f, 1));
+      else if (i < 1000 + haze)
+        points.emplace_back(between(-3, 3), between(-3, 3), between(-1.5f, -0.2f));
+      else
+        points.emplace_back(between(-3, 3), between(-3, 3), 0.0f);
+    }
+    return find_supports(SupportOptions(), solid_of(points), Vec3f::UnitZ());
+  };
+  const std::vector<Support> ground = found(1000);
+  ASSERT_EQ(ground.size(), 1u);
+  EXPECT_LT(std::abs(ground[0].height(Vec3f::Zero())), 0.03f);
+  EXPECT_GT(ground[0].normal.z(), 0.999f);
+  EXPECT_TRUE(found(5000).empty()) << "as much as a third of it";
+}
+
 /// Points spread over a parallelogram.
 void add_sheet(const Vec3f& corner, const Vec3f& a, const Vec3f& b, int count, std::vector<Vec3f>& points) {
   for (int i = 0; i < count; ++i) {
