@@ -1,7 +1,7 @@
-// Includes flow one way: gaussians -> {segmentation, physics} -> fitting -> app.  A link line of CMake is a permission:
-// every #include of the sources is compared with the link lines and with the tables below, so that a shortcut across
-// rooms turns the suite red.  And what makes a file easy to find: small folders, one name once, a header for every
-// source.
+// Includes flow one way: gaussians -> segmentation and physics; physics -> fitting; all -> app.  A link line of CMake
+// is a permission: every #include of the sources is compared with the link lines and with the tables below, so that a
+// shortcut across rooms turns the suite red.  And what makes a file easy to find: small folders, one name once, a
+// header for every source.
 
 #include <gtest/gtest.h>
 

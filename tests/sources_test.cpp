@@ -2,15 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "tests/source_text.h"
 
 namespace fs = std::filesystem;
 using source_text::comma_joined_statements;
+using source_text::kRoot;
 using source_text::sources_below;
 using source_text::text_of;
 using source_text::tokens_of;
@@ -26,8 +31,10 @@ TEST(Sources, AreFormattedByTheirClangFormat) {
 }
 
 TEST(Sources, HoldOneStatementALine) {
-  for (const std::string& file :
-       sources_below(kRoot, {"gaussians", "segmentation", "physics", "fitting", "app", "tests"}))
+  const std::vector<std::string> files =
+      sources_below(kRoot, {"gaussians", "segmentation", "physics", "fitting", "app", "tests"});
+  EXPECT_GT(files.size(), 300u);
+  for (const std::string& file : files)
     for (int line : comma_joined_statements(tokens_of(text_of(kRoot / file))))
       ADD_FAILURE() << file << ":" << line << " joins statements by a comma";
 }
@@ -45,6 +52,27 @@ TEST(Sources, DefineEveryTypeOfANamedNamespaceOnce) {
   for (const auto& [type, where] : files) {
     EXPECT_EQ(where.size(), 1u) << type << " is defined in " << *where.begin() << " and in " << *where.rbegin();
   }
+}
+
+// tests/studies/sign_flip replaces each text of its table, 'name|file|text|flipped text', in its file.
+TEST(Sources, HoldEveryTextOfTheSignFlipsOnce) {
+  const std::string script = text_of(kRoot / "tests/studies/sign_flip");
+  const size_t begin = script.find("flips=(\n"), end = script.find("\n)\n", begin);
+  ASSERT_NE(end, std::string::npos);
+  const std::string table = script.substr(begin, end - begin);
+  const std::regex row(R"(\n  '([^'|]*)\|([^'|]*)\|([^'|]*)\|([^'|]*)')");
+  int flips = 0;
+  for (std::sregex_iterator it(table.begin(), table.end(), row), last; it != last; ++it, ++flips) {
+    const std::string name = (*it)[1], file = (*it)[2], text = (*it)[3], flipped = (*it)[4];
+    ASSERT_TRUE(fs::is_regular_file(kRoot / file)) << name << ": " << file;
+    const std::string source = text_of(kRoot / file);
+    const size_t first = source.find(text);
+    EXPECT_NE(first, std::string::npos) << name << ": " << text << " is not in " << file;
+    EXPECT_EQ(source.rfind(text), first) << name << ": " << text << " is more than once in " << file;
+    EXPECT_NE(text, flipped) << name << " flips nothing";
+  }
+  EXPECT_EQ(flips, std::count(table.begin(), table.end(), '\n')) << "a row of the table has another form";
+  EXPECT_GT(flips, 10);
 }
 
 TEST(SourceText, FindsStatementsJoinedByCommas) {

@@ -2,11 +2,9 @@
 
 #include <omp.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/choose/opener.h"
-#include "app/live/live_view.h"
 #include "app/segment/edit_stage.h"
 #include "app/segment/prepared_scene_file.h"
 #include "app/segment/segment_stage.h"
@@ -17,10 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kSimulated = 0.1;                   // s, of the motion that the page begins with
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
-
-std::string text_of(const json& message) { return message.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 }  // namespace
 
@@ -96,13 +91,14 @@ void Chooser::receive(const std::string& text, Connection& from) {
     request_ = request;
     tell_locked({{"busy", name_of(request.kind)}});
   } catch (const std::exception& error) {
-    from.send_text(json({{"error", error.what()}}).dump(-1, ' ', false, json::error_handler_t::replace));
+    from.send_text(text_of({{"error", error.what()}}));
     return;
   }
   wake_.notify_one();
 }
 
 void Chooser::select(const ChooseRequest& request) {
+  wanted_ = request.marks;
   asked_.reset();
   early_.reset();
   selected_.reset();
@@ -127,12 +123,14 @@ void Chooser::take_answer(const Selecting::Answer& answer) {
   wake_.notify_one();
 }
 
-void Chooser::await_answer() {
+void Chooser::take_selection() {
   std::unique_lock lock(mutex_);
+  if (wanted_.empty()) throw refused_request("object", "0 names no selection that is there; select again");
   wake_.wait(lock, [&] { return ended_ || cancelled_ || !asked_ || !selecting_; });
   if (ended_ || cancelled_) throw Error(Failure::kInterrupted, "view", "", "interrupted", "select again");
   if (asked_) throw refused_request("select", "cannot be answered: the scene could not be prepared");
   if (!failed_.empty()) throw std::runtime_error(failed_);
+  selected_ = wanted_;
 }
 
 void Chooser::work() {
@@ -214,6 +212,7 @@ void Chooser::keep(const Context& context) {
   }
   if (!marks || *marks == marks_) return;
   const SegmentStage segment = segment_by(*marks);
+  marks_ = {};
   run_segment(context, run_, scene_, segment);
   marks_ = *std::move(marks);
   if (!name.empty()) name_object(context, SelectionShape::kObject, name);
@@ -234,7 +233,7 @@ void Chooser::tell_kept(const json& shown) {
 
 void Chooser::carry_out(const Context& context, const Context& behind, const ChooseRequest& request) {
   using Kind = ChooseRequest::Kind;
-  if (request.kind != Kind::kFind && request.object == 0) await_answer();
+  if (request.kind != Kind::kFind && request.object == 0) take_selection();
   {
     // Nothing of the marks is written once they count no more: it would replace the objects that are listed.
     const std::lock_guard lock(mutex_);
@@ -245,20 +244,7 @@ void Chooser::carry_out(const Context& context, const Context& behind, const Cho
   }
   keep(behind);
   if (context.interrupted()) throw Error(Failure::kInterrupted, "view", "", "interrupted", "choose again");
-  if (request.kind == Kind::kMake) {
-    Scene scene = scene_;  // which the object may scale
-    ObjectStages stages = stages_;
-    stages.extract.object = std::to_string(request.object == 0 ? SelectionShape::kObject : request.object);
-    stages.predict.label = request.label;
-    SimulateStage simulate;
-    simulate.duration = kSimulated;
-    prepare_object(context, run_, scene, stages, simulate);
-    run_simulate(context, run_, scene, simulate);
-    const LiveScreen screen = live_screen(context, run_, scene, context_.progress);
-    site_.show(screen);
-    tell({{"reload", true}});
-    return repair(context, scene, screen);
-  }
+  if (request.kind == Kind::kMake) return make(context, request);
   if (request.kind == Kind::kName) {
     const uint32_t object = request.object == 0 ? SelectionShape::kObject : request.object;
     name_object(context, object, request.label);
@@ -275,31 +261,15 @@ void Chooser::carry_out(const Context& context, const Context& behind, const Cho
   marks_ = {};
   {
     const std::lock_guard lock(mutex_);
+    wanted_ = {};
     name_.clear();
   }
   show();
   tell({{"reload", true}});
 }
 
-void Chooser::repair(const Context& context, const Scene& scene, LiveScreen screen) {
-  // The hole closes behind the object while it is being moved; the page has it when it is loaded again.
-  omp_set_num_threads(std::max(1, omp_get_max_threads() / 2));
-  try {
-    run_repair(context, run_, scene, {});
-    site_.show(live_screen(context, run_, scene, context_.progress));
-    site_.tell(text_of({{"said", "The hole behind the object has been repaired. Reload the page to see it."}}));
-  } catch (const std::exception& error) {
-    if (context.interrupted()) throw;
-    const std::string problem = std::string("The hole behind the object could not be repaired: ") + error.what();
-    context_.progress.warn("view: " + problem);
-    const std::string said = text_of({{"said", problem}});
-    site_.tell(said);
-    screen.connect = [connect = screen.connect, said](std::shared_ptr<Connection> connection) {
-      connection->send_text(said);
-      return connect(std::move(connection));
-    };
-    site_.show(std::move(screen));
-  }
+std::string Chooser::text_of(const json& message) {
+  return message.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 void Chooser::tell(const json& message) {

@@ -29,7 +29,8 @@ namespace pliant {
 ///   "hover": [N, x, y]                              what a click there would select, about
 ///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
 ///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says
-///                                                   what it is; 0 is what is selected
+///                                                   what it is; 0 is what the last marks select, written if it is not
+///                                                   there, and refused where there are none
 ///   "name": {"object": id, "name": "..."}           name it, as `pliant segment edit --name` does; a selection keeps
 ///                                                   its name until it has no marks
 ///   "cancel": true                                  stops what is under way, and takes back what waits
@@ -58,14 +59,17 @@ class Chooser {
   void prepare(const Context& context);
   void select(const ChooseRequest& request);
   void take_answer(const Selecting::Answer& answer);
-  /// Waits until the marks that were made last have been answered, and throws where they select nothing.
-  void await_answer();
+  /// Has `keep` write what the last marks select, once they have been answered; throws where they select nothing.
+  void take_selection();
   /// Writes what was selected last, where that has not been done, and tells what is there now.
   void keep(const Context& context);
+  /// Extracts, predicts and simulates an object, has the site show it, and repairs what is behind it.
+  void make(const Context& context, const ChooseRequest& request);
   /// Fills the hole behind an object that the site shows on a screen to be moved.
   void repair(const Context& context, const Scene& scene, LiveScreen screen);
   void name_object(const Context& context, uint32_t object, const std::string& name);
   void tell_kept(const nlohmann::json& shown);
+  static std::string text_of(const nlohmann::json& message);
   void tell(const nlohmann::json& message);
   void tell_locked(const nlohmann::json& message);  // where mutex_ is held
 
@@ -74,7 +78,7 @@ class Chooser {
   const Scene scene_;
   LiveSite& site_;
   const ObjectStages stages_;
-  Marks marks_;  // of the selection that is there
+  Marks marks_;  // of the selection that is there; empty = there is none, or it could not be written
   PreparedScene prepared_;
 
   std::mutex mutex_;
@@ -85,6 +89,7 @@ class Chooser {
   bool keeping_ = false;                  // the objects are being replaced by the selection
   nlohmann::json trouble_;                // a failure behind, for those who come later; null = there was none
   std::optional<ChooseRequest> early_;    // to select, before the scene was prepared
+  Marks wanted_;                          // by the last `select`, since objects were found; empty = none
   std::optional<Marks> asked_;            // marks that are not answered yet
   std::string failed_;                    // why the last ones select nothing
   std::optional<Marks> selected_;         // by marks, not written yet

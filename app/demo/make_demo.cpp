@@ -1,7 +1,6 @@
 #include "app/demo/make_demo.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -34,10 +33,6 @@ constexpr int kTruthParticles = 16000;
 constexpr double kTruthSeconds = 2.5;
 /// Of a simulation with more of them, in the truth; the video of other kinds than the flower is filmed from these.
 constexpr size_t kFlowerStored = 2500, kStored = 4000;
-
-double since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Lengths in the files are rounded to 0.01 mm, so that they read well.
 double rounded(double x) { return std::round(x * 1e5) / 1e5; }
@@ -74,16 +69,12 @@ std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const
 
 /// Films the motion and writes the video and the truth about it.
 void write_film(const DemoOptions& options, const Stage& stage, const ReferenceMotion& motion, size_t every,
-                const Camera& camera, const fs::path& video_file, const fs::path& truth, DemoSummary& summary) {
-  const auto start = std::chrono::steady_clock::now();
+                const Camera& camera, const fs::path& video_file, const fs::path& truth) {
   const ReferenceFilm film = film_reference(stage, motion, camera);
   VideoWriter video(video_file, options.video_fps, camera.width, camera.height, VideoCoding::kFaithful);
   for (const ImageF& frame : film.frames) video.write(frame);
   video.close();
   write_motion_truth(truth, motion, trajectory_of(motion, stage.object().name, every), film, camera, options.seed);
-  summary.peak_pixels = std::max(summary.peak_pixels, film.peak_pixels());
-  summary.peak_metres = std::max(summary.peak_metres, film.peak_metres());
-  summary.film_seconds += since(start);
 }
 
 ReferenceOptions reference_options(const DemoOptions& options) {
@@ -100,37 +91,27 @@ ReferenceOptions reference_options(const DemoOptions& options) {
 }
 
 /// The flower's one push.
-void write_flower_reference(const DemoOptions& options, const Stage& stage, const Camera& camera,
-                            DemoSummary& summary) {
+void write_flower_reference(const DemoOptions& options, const Stage& stage, const Camera& camera) {
   const Flower flower = make_flower(options.seed);
   const ReferenceOptions reference = reference_options(options);
-  const auto start = std::chrono::steady_clock::now();
   const ReferenceBody body = flower_body(stage, flower, reference);
   const ReferenceScript script = flower_script(stage, flower, reference);
   const ReferenceMotion motion = simulate_reference(body, script.interactions, reference);
-  summary.simulate_seconds = since(start);
-  summary.push_newtons = script.interactions.back().vector.norm();
   const fs::path truth = options.out / "truth";
   write_film(options, stage, motion, std::max<size_t>(1, motion.particles / kFlowerStored), camera,
-             options.out / "reference.mp4", truth, summary);
+             options.out / "reference.mp4", truth);
   write_material_truth(truth, body, options.seed);
 }
 
 /// Four videos of an object, each with its script and motion.
-void write_references(const DemoOptions& options, const Stage& stage, const ReferenceBody& body, const Camera& camera,
-                      DemoSummary& summary) {
+void write_references(const DemoOptions& options, const Stage& stage, const ReferenceBody& body, const Camera& camera) {
   const ReferenceOptions reference = reference_options(options);
-  auto start = std::chrono::steady_clock::now();
   const std::vector<ReferenceScript> scripts = reference_scripts(stage, body, reference);
-  summary.simulate_seconds += since(start);
   const fs::path truth = options.out / "truth";
   fs::create_directories(options.out / "videos");
   for (const ReferenceScript& script : scripts) {
-    start = std::chrono::steady_clock::now();
     const ReferenceMotion motion = cached_reference(options.cache, body, script.interactions, reference, kStored);
-    summary.simulate_seconds += since(start);
-    write_film(options, stage, motion, 1, camera, options.out / "videos" / (script.name + ".mp4"), truth / script.name,
-               summary);
+    write_film(options, stage, motion, 1, camera, options.out / "videos" / (script.name + ".mp4"), truth / script.name);
   }
 }
 
@@ -177,23 +158,17 @@ DemoSummary make_demo(const DemoOptions& options) {
   std::vector<Camera> cameras = stage_cameras(stage, options.photos, options.width, options.height);
   for (Camera& camera : cameras) camera.photo = (out / "photos" / (camera.name + ".png")).string();
 
-  auto start = std::chrono::steady_clock::now();
   const std::vector<ImageU8> photos = write_photos(stage, out, cameras);
   write_transforms(out / "transforms.json", cameras);
   summary.photos = static_cast<int>(cameras.size());
-  summary.photo_seconds = since(start);
 
-  start = std::chrono::steady_clock::now();
   StageSplats splats = make_splats(stage, cameras, options.gaussians, options.seed);
   splats.cloud = train_splats(splats.cloud, cameras, photos, options.training, options.seed);
   write_ply(out / "splats.ply", splats.cloud);
   Json labels;
-  const std::map<uint32_t, std::string> names = stage.names();
-  for (const auto& [id, name] : names) labels[std::to_string(id)] = name;
+  for (const auto& [id, name] : stage.names()) labels[std::to_string(id)] = name;
   write_text(out / "labels.json", labels.dump(2) + "\n");
   summary.gaussians = splats.cloud.size();
-  summary.splat_seconds = since(start);
-  for (const uint32_t id : splats.label) ++summary.gaussians_of[names.at(id)];
 
   const fs::path truth = out / "truth";
   write_label_truth(truth, flower ? "flower_parts.h5" : "parts.h5", stage, splats, options.seed);
@@ -203,12 +178,12 @@ DemoSummary make_demo(const DemoOptions& options) {
       *std::find_if(cameras.begin(), cameras.end(), [&](const Camera& c) { return c.name == front; });
   if (flower) {
     write_flower_truth(truth, make_flower(options.seed), options.seed);
-    if (options.video) write_flower_reference(options, stage, camera, summary);
+    if (options.video) write_flower_reference(options, stage, camera);
   } else {
     const ReferenceBody body = reference_body(stage, reference_options(options));
     write_material_truth(truth, body, options.seed);
     write_object_truth(truth, options.kind, stage.object(), body, options.seed);
-    if (options.video) write_references(options, stage, body, camera, summary);
+    if (options.video) write_references(options, stage, body, camera);
   }
 
   // Last, so that a scene file stands only beside a whole scene.

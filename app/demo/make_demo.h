@@ -2,9 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
-#include <vector>
 
 namespace pliant {
 
@@ -25,12 +23,7 @@ struct DemoOptions {
 
 struct DemoSummary {
   size_t gaussians = 0;
-  std::map<std::string, size_t> gaussians_of;  ///< per name of an id
   int photos = 0;
-  double push_newtons = 0;  ///< of the flower's reference video
-  double peak_pixels = 0;   ///< largest motion of the object's tip in a video [pixels]
-  double peak_metres = 0;
-  double photo_seconds = 0, splat_seconds = 0, simulate_seconds = 0, film_seconds = 0;
 };
 
 /// Makes the procedural scene: splats.ply, transforms.json, photos/, masks/, labels.json, scene.json, the reference

@@ -193,11 +193,6 @@ ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<
   return motion;
 }
 
-ReferenceMotion flower_motion(const Stage& stage, const Flower& flower, const ReferenceOptions& options) {
-  return simulate_reference(flower_body(stage, flower, options), flower_script(stage, flower, options).interactions,
-                            options);
-}
-
 namespace {
 template <class Points>
 double farthest_from_first(const Points& points) {

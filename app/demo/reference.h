@@ -63,8 +63,6 @@ ReferenceMotion without_frames(const ReferenceBody& body, const std::vector<Inte
                                const ReferenceOptions& options);
 ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<Interaction>& interactions,
                                    const ReferenceOptions& options);
-/// The flower of a seed in its stage, pushed.
-ReferenceMotion flower_motion(const Stage& stage, const Flower& flower, const ReferenceOptions& options);
 /// The flower down to three cells below the pinned plane.
 ReferenceBody flower_body(const Stage& stage, const Flower& flower, const ReferenceOptions& options);
 

@@ -103,7 +103,7 @@ void append(const Stage& stage, const std::vector<Camera>& cameras, const std::v
         out.cloud.log_scale[i] = Vec3f(in_plane, in_plane, static_cast<float>(std::log(kThickness * spacing)));
         out.cloud.opacity_logit[i] = logit(kOpacity);
         const Vec3f colour = footprint_colour(part, p, sigma).cast<float>();
-        for (int c = 0; c < 3; ++c) out.cloud.sh_of(i)[c] = (colour[c] - 0.5f) / kSh0;
+        for (int c = 0; c < 3; ++c) out.cloud.sh_of(i)[c] = sh_of_color(colour[c]);
         out.label[i] = part.id;
         out.material[i] = part.material;
       },

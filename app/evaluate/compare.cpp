@@ -231,7 +231,7 @@ std::vector<TextTable> compare_tables(const json& comparison) {
     if (row["failures"] > 0) cell += ", " + row["failures"].dump() + " failed";
     means.rows.back().push_back(cell);
   }
-  differences.title = comparison["methods"][0].get<std::string>() + " minus each other, with " + level;
+  differences.title = comparison["methods"][0].get<std::string>() + " minus each other method, with " + level;
   differences.columns = {"metric", "against", "difference", "better : worse : equal scenes", "p (sign test)", "better"};
   for (const json& row : comparison["differences"])
     differences.rows.push_back({title_of(row["metric"]), row["baseline"],

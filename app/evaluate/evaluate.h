@@ -68,10 +68,11 @@ struct MotionScore : ClipPart {
 /// share of the course that it explains; amplitude_px (amplitude_m): half the way from end to end of what moves
 /// most. Errors of frequency, damping (decay) and amplitude are relative.  free_from_s, free_from_by: where the motion
 /// is taken to be free, and what says so: --free-from; interactions.json, the later change of the two trajectories
-/// (last_load.h); or "largest motion".  Of videos also the flow and the delay of the prediction (flow_comparison.h).
-/// The prediction is brought to the truth's size; each is followed at its own frame rate.  A truth in which nothing
-/// moves is an Error{kInput}; a prediction without motion has null frequency.  Videos are compared at compared_size
-/// (clip.h), width x height, of which pixels are.  warnings: sentences about the clips.
+/// (last_load.h); or "largest motion".  Trajectories are compared over the time that both have.  Of videos also the
+/// flow and the delay of the prediction (flow_comparison.h). The prediction is brought to the truth's size; each is
+/// followed at its own frame rate.  A truth in which nothing moves is an Error{kInput}; a prediction without motion has
+/// null frequency.  Videos are compared at compared_size (clip.h), width x height, of which pixels are.  warnings:
+/// sentences about the clips.
 nlohmann::json evaluate_motion(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                const MotionScore& score = {});
 

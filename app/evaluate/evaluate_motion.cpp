@@ -102,16 +102,36 @@ PointMotion follow(const ReferenceVideo& video, const ImageU8& region) {
   return motion;
 }
 
-/// Displacements of the particles of a trajectory from its first frame in m, and from when on [s from there] nothing
-/// pushes it, where that is known and leaves enough of it.
-PointMotion particles_of(const fs::path& path, std::optional<double>& free_from) {
-  std::error_code ignored;
-  const fs::path file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
-  const TrajectoryFile t = read_trajectory(file);
-  if (t.frames.size() < 2 || t.frames[0].position.empty())
-    throw input_error(file.string(), "/particles/" + t.object, "has fewer than 2 frames or no particles",
-                      "give a simulated trajectory");
-  free_from = release_of(file, t);
+/// A trajectory, cut to the time that another one has too.
+struct Simulated {
+  fs::path file;
+  TrajectoryFile trajectory;
+
+  explicit Simulated(const fs::path& path) {
+    std::error_code ignored;
+    file = fs::is_directory(path, ignored) ? path / "trajectory.h5" : path;
+    trajectory = read_trajectory(file);
+    if (trajectory.frames.size() < 2 || trajectory.frames[0].position.empty())
+      throw input_error(file.string(), "/particles/" + trajectory.object, "has fewer than 2 frames or no particles",
+                        "give a simulated trajectory");
+  }
+  double duration() const { return trajectory.frames.back().time - trajectory.frames.front().time; }
+  /// `duration`: s from the first frame.
+  void cut(double duration) {
+    auto& frames = trajectory.frames;
+    const double end = frames.front().time + duration * (1 + 1e-9);
+    while (frames.back().time > end) frames.pop_back();
+    if (frames.size() < 2)
+      throw input_error(file.string(), "time", "has fewer than 2 frames in the time that both trajectories have",
+                        "simulate a longer time");
+  }
+  std::optional<double> release(double duration) const {
+    return release_of(file, trajectory, trajectory.frames.front().time + duration);
+  }
+};
+
+/// Displacements of the particles of a trajectory from its first frame in m.
+PointMotion particles_of(const TrajectoryFile& t) {
   PointMotion motion;
   motion.dims = 3;
   motion.rate = static_cast<double>(t.frames.size() - 1) / (t.frames.back().time - t.frames.front().time);
@@ -168,8 +188,13 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     refuse("--fps", score.fps, MotionScore().fps);
     refuse("--from", score.from, MotionScore().from);
     refuse("--until", score.until, MotionScore().until);
-    ours = particles_of(prediction, our_release);
-    truth = particles_of(truth_path, true_release);
+    Simulated predicted(prediction), simulated(truth_path);
+    const double duration = std::min(predicted.duration(), simulated.duration());
+    for (Simulated* each : {&predicted, &simulated}) each->cut(duration);
+    our_release = predicted.release(duration);
+    true_release = simulated.release(duration);
+    ours = particles_of(predicted.trajectory);
+    truth = particles_of(simulated.trajectory);
   } else {
     // Each at its own rate: what moves fast is doubled in frames that are blends of two, and lost to tracking.
     const fs::path both[] = {prediction, truth_path};
@@ -192,19 +217,28 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   int first = -1;
   out["free_from_by"] = "largest motion";
   if (score.free_from >= 0) {
-    const double last = (static_cast<double>(truth.frames()) - static_cast<double>(kLeastFree)) / truth.rate;
-    if (score.free_from > last + 1e-6)
-      throw usage_error("evaluate", "--free-from",
-                        fmt::format("is {} s, of a truth that lasts {:.4g} s", score.free_from,
-                                    static_cast<double>(truth.frames()) / truth.rate),
-                        last >= 0 ? fmt::format("give at most {:.4g}: the fit needs {} frames", last, kLeastFree)
-                                  : fmt::format("the fit needs {} frames: give a longer clip", kLeastFree));
+    const auto check = [&](const PointMotion& motion, const char* name) {
+      const double last = (static_cast<double>(motion.frames()) - static_cast<double>(kLeastFree)) / motion.rate;
+      if (score.free_from > last + 1e-6)
+        throw usage_error("evaluate", "--free-from",
+                          fmt::format("is {} s, of a {} that lasts {:.4g} s", score.free_from, name,
+                                      static_cast<double>(motion.frames()) / motion.rate),
+                          last >= 0 ? fmt::format("give at most {:.4g}: the fit needs {} frames", last, kLeastFree)
+                                    : fmt::format("the fit needs {} frames: give a longer clip", kLeastFree));
+    };
+    if (ours.points() > 0) check(ours, "prediction");
+    check(truth, "truth");
     first = static_cast<int>(std::lround(score.free_from * truth.rate));
     out["free_from_by"] = "--free-from";
   } else if (our_release || true_release) {
     const double release = std::max(our_release.value_or(0), true_release.value_or(0));
-    first = static_cast<int>(std::ceil(release * truth.rate - 1e-6));
-    out["free_from_by"] = "interactions.json";
+    const auto begin = [&](const PointMotion& motion) {
+      return static_cast<size_t>(std::ceil(release * motion.rate - 1e-6));
+    };
+    if (begin(truth) + kLeastFree <= truth.frames() && begin(ours) + kLeastFree <= ours.frames()) {
+      first = static_cast<int>(begin(truth));
+      out["free_from_by"] = "interactions.json";
+    }
   }
   const Vibration true_vibration = describe_vibration(truth, first);
   if (particles ? !(true_vibration.amplitude > 0) : true_vibration.amplitude < kLeastMotion)
@@ -213,7 +247,8 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   out["truth"] = to_json(truth, true_vibration, unit);
   Vibration vibration;
   if (ours.points() > 0) {
-    int same = static_cast<int>(std::lround(first / truth.rate * ours.rate));
+    const double free_from = score.free_from >= 0 ? score.free_from : first / truth.rate;
+    int same = static_cast<int>(std::lround(free_from * ours.rate));
     vibration = describe_vibration(ours, same);
   }
   if (!particles && vibration.amplitude < kLeastMotion) vibration.oscillation = vibration.small = {};

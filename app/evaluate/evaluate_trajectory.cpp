@@ -22,8 +22,8 @@ constexpr double kTipMoves = 1.0 / 3;  // of what moves most, that the top moves
 
 /// A trajectory whose unit is the metre.
 struct Moving : TrajectoryFile {
-  double file_unit = 1;                ///< m
-  std::optional<double> release = {};  ///< s from the first frame, release_of
+  fs::path file;
+  double file_unit = 1;  ///< m
 };
 
 Moving read_moving(const fs::path& path) {
@@ -37,7 +37,7 @@ Moving read_moving(const fs::path& path) {
   }
   for (auto& frame : t.frames)
     for (Vec3f& x : frame.position) x *= static_cast<float>(t.metres_per_unit);
-  t.release = release_of(file, t);
+  t.file = file;
   t.file_unit = t.metres_per_unit;
   t.metres_per_unit = 1;
   return t;
@@ -172,8 +172,11 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
   // little is left.
   size_t first = 2 * peak_frame > true_tip.size() ? 0 : peak_frame;
   const char* free_from_by = "largest motion";
-  if (ours.release || truth.release) {
-    const double release = times.front() + std::max(ours.release.value_or(0), truth.release.value_or(0));
+  const double end = std::min(ours.frames.back().time, truth.frames.back().time);  // of the time both have
+  const std::optional<double> our_release = release_of(ours.file, ours, end),
+                              true_release = release_of(truth.file, truth, end);
+  if (our_release || true_release) {
+    const double release = times.front() + std::max(our_release.value_or(0), true_release.value_or(0));
     const auto from = static_cast<size_t>(std::lower_bound(times.begin(), times.end(), release - 1e-9) - times.begin());
     if (from + kLeastFree <= times.size()) {
       first = from;

@@ -45,10 +45,12 @@ std::optional<double> last_load_change(const fs::path& trajectory, double until)
   return last;
 }
 
-std::optional<double> release_of(const fs::path& file, const TrajectoryFile& trajectory) {
+std::optional<double> release_of(const fs::path& file, const TrajectoryFile& trajectory, double until) {
   const auto& frames = trajectory.frames;
-  const std::optional<double> last = last_load_change(file, frames.back().time);
-  const auto is_free = [&](const TrajectoryFile::Frame& frame) { return frame.time >= *last; };
+  const std::optional<double> last = last_load_change(file, until);
+  const auto is_free = [&](const TrajectoryFile::Frame& frame) {
+    return frame.time >= *last && frame.time <= until * (1 + 1e-9);
+  };
   if (!last || static_cast<size_t>(std::count_if(frames.begin(), frames.end(), is_free)) < kLeastFree)
     return std::nullopt;
   return std::max(0.0, *last - frames.front().time);

@@ -17,8 +17,8 @@ constexpr size_t kLeastFree = 8;
 /// is no such file.
 std::optional<double> last_load_change(const std::filesystem::path& trajectory, double until);
 
-/// From when on nothing pushes what a trajectory.h5 holds, s from its first frame: last_load_change, where it is known
-/// and leaves kLeastFree frames.
-std::optional<double> release_of(const std::filesystem::path& file, const TrajectoryFile& trajectory);
+/// From when on nothing pushes what a trajectory.h5 holds, s from its first frame: last_load_change before `until` [s],
+/// where it is known and leaves kLeastFree frames before `until`.
+std::optional<double> release_of(const std::filesystem::path& file, const TrajectoryFile& trajectory, double until);
 
 }  // namespace pliant

@@ -79,7 +79,7 @@ void check_material(SelfTest& test) {
   test.check_metric("material", "log10_young_error", "E ten times too large", 1, found, 1e-6);
   test.check_metric("material", "log10_young_bias", "E ten times too large", 1, found, 1e-6);
   test.check_metric("material", "poisson_error", "0.4 for 0.3", 0.1, found, 1e-6);
-  test.check_metric("material", "density_relative_error", "half as dense again", 0.5, found, 1e-6);
+  test.check_metric("material", "density_relative_error", "1.5 times the density", 0.5, found, 1e-6);
 }
 
 void check_trajectory(SelfTest& test) {
@@ -92,12 +92,12 @@ void check_trajectory(SelfTest& test) {
   // Half the true displacement, over particles (the mean of their heights is 1/2) and frames.
   double mean = 0;
   for (int f = 0; f < 90; ++f) mean += std::abs(truth.at(f / 30.0) - truth.at(0)) / 90;
-  test.check_metric("trajectory", "position_error_mean", "swings half as far again", 0.5 * 0.5 * mean, found, 1e-6);
-  test.check_metric("trajectory", "relative_error", "swings half as far again", 0.5, found, 1e-6);
+  test.check_metric("trajectory", "position_error_mean", "1.5 times the amplitude", 0.5 * 0.5 * mean, found, 1e-6);
+  test.check_metric("trajectory", "relative_error", "1.5 times the amplitude", 0.5, found, 1e-6);
   // The tip are the highest 2 of 21 particles, at heights 1 and 0.95.
-  test.check_metric("trajectory", "tip_error_mean", "swings half as far again", 0.5 * 0.975 * mean, found, 1e-6);
-  test.check_metric("trajectory", "peak_error", "swings half as far again", 0.5, found, 1e-5);
-  test.check_metric("trajectory", "frequency_error", "swings half as far again", 0, found, 1e-6);
+  test.check_metric("trajectory", "tip_error_mean", "1.5 times the amplitude", 0.5 * 0.975 * mean, found, 1e-6);
+  test.check_metric("trajectory", "peak_error", "1.5 times the amplitude", 0.5, found, 1e-5);
+  test.check_metric("trajectory", "frequency_error", "1.5 times the amplitude", 0, found, 1e-6);
   test.check_metric("trajectory", "frequency_error", "swings a tenth faster", 0.1,
                     evaluate_trajectory(write_rod(test.place("trajectory/fast.h5"), fast), theirs), 0.02);
 }
@@ -110,7 +110,7 @@ void check_motion(SelfTest& test) {
   test.check_metric("motion", "truth.frequency_hz", "trajectory: 1.5 Hz", 1.5, rods, 1e-3);
   test.check_metric("motion", "truth.decay_per_s", "trajectory: 0.4 / s", 0.4, rods, 1e-3);
   test.check_metric("motion", "frequency_error", "a tenth faster", 0.1, rods, 1e-3);
-  test.check_metric("motion", "damping_error", "damped half as much again", 0.5, rods, 5e-3);
+  test.check_metric("motion", "damping_error", "1.5 times the damping", 0.5, rods, 5e-3);
   const double half_way = [](const Swing& s) { return 1 + std::exp(-0.5 * s.decay / s.frequency); }(other) /
                           (1 + std::exp(-0.5 * truth.decay / truth.frequency));
   test.check_metric("motion", "amplitude_error", "swings a fifth farther", 1.2 * half_way - 1, rods, 5e-3);

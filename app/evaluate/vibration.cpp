@@ -139,7 +139,8 @@ Vibration describe_vibration(const PointMotion& motion, int& first) {
   for (size_t t = first; t < frames; ++t) most = std::max(most, std::abs(out.course[t] - end));
   for (size_t t = first; t < frames; ++t)
     if (std::abs(out.course[t] - end) > most / 3) begin = t + 1;
-  if (static_cast<double>(frames - begin) / motion.rate * out.oscillation.frequency >= 3) out.small = from(begin);
+  const double left = begin < frames ? static_cast<double>(frames - begin) / motion.rate : 0;  // s
+  if (left * out.oscillation.frequency >= 3) out.small = from(begin);
   return out;
 }
 

@@ -51,13 +51,15 @@ struct CompareStage {
   std::string load;                 ///< file, without a video: what acts; empty = one push sized to the stiffness
 };
 
+/// Instead of a camera's name: it is found by the video's first frame.
+constexpr const char* kFindCamera = "find";
+
 /// fit: a video of the moving object, or markers on it -> material.h5, velocity.h5, fit/.
 struct FitStage {
   MarkerStage markers;               ///< no file: a video
   std::vector<std::string> videos;   ///< files or folders of the same motion, which begin at the same instant; none =
                                      ///< the scene file's
-  std::vector<std::string> cameras;  ///< that took them, in their order; "find": by the first frame; none = the scene
-                                     ///< file's
+  std::vector<std::string> cameras;  ///< that took them, in their order, or kFindCamera; none = the scene file's
   std::vector<std::string> masks;    ///< pictures, or folders or videos of as many frames, in their order: pixels that
                                      ///< are dark there are not compared; "none": all are
   std::string pose;                  ///< file of cameras, one of which took the first, instead of a camera of the scene

@@ -175,7 +175,8 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
             {stage.typed("fit-density"), c.density},
             {stage.typed("gradient-window"), c.window.has_value()},
             {stage.typed("initial-material"), !stage.initial_material.empty()},
-            {stage.typed("solver"), stage.solver != FitStage().solver}},
+            {stage.typed("solver"), stage.solver != FitStage().solver},
+            {stage.typed("start"), stage.from >= 0}},
            with_recipe_text + ", which has no physics", "leave it out, or use another recipe");
   }
   if (!stage.initial_material.empty())
@@ -224,6 +225,9 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
   if (guided && has_video) refuse(of_drawing(stage), "with a video, which sets what is rendered", "leave it out");
   if (guided && !has_video) {
     refuse(of_watching(stage), "without a video", "leave it out, or add --video FILE");
+    refuse({{stage.typed("video-camera") + " " + kFindCamera, stage.camera() == kFindCamera},
+            {"a second " + stage.typed("video-camera"), stage.cameras.size() > 1}},
+           "without a video", "give the name of one camera, or leave it out");
     refuse({{stage.typed("loss"), !c.loss.empty()}, {stage.typed("flow-weight"), c.flow_weight > 0}}, "without a video",
            "give --video FILE, or leave it out");
   }
@@ -232,6 +236,7 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
            "add " + stage.typed("video-model-cmd") + " CMD");
   else
     refuse({{stage.typed("video"), !stage.video().empty()},
+            {stage.typed("video-camera") + " " + kFindCamera, stage.camera() == kFindCamera},
             {stage.typed("video-first"), stage.first > 0},
             {stage.typed("video-last"), stage.last > 0},
             {stage.typed("refine-camera"), stage.refine_camera},

@@ -24,13 +24,14 @@ namespace {
 
 constexpr double kGeneratedFps = 24;
 constexpr int kMostPixels = 1600;  // of the longer side, before a camera that is to be found
-const char* const kFind = "find";
 const char* const kGenerated = "fit/generated";
 
-const Camera& camera_named(const std::vector<Camera>& cameras, const std::string& name, const std::string& where) {
+/// `otherwise`: what may stand there instead of the name of one of them.
+const Camera& camera_named(const std::vector<Camera>& cameras, const std::string& name, const std::string& where,
+                           const std::vector<std::string>& otherwise = {}) {
   for (const Camera& camera : cameras)
     if (camera.name == name) return camera;
-  std::vector<std::string> names = {kFind};
+  std::vector<std::string> names = otherwise;
   for (const Camera& camera : cameras) names.push_back(camera.name);
   throw usage_error("--video-camera", name, "is not a camera of " + where,
                     fmt::format("did you mean '{}'?", nearest_name(name, names)));
@@ -38,6 +39,9 @@ const Camera& camera_named(const std::vector<Camera>& cameras, const std::string
 
 /// The camera of a pose file that has one, or the one of that name.
 Camera camera_of_pose_file(const Context& context, const FitStage& stage) {
+  if (stage.camera() == kFindCamera)
+    throw usage_error("--video-camera", kFindCamera, "and --video-pose are both given",
+                      "give one of them; --refine-camera refines a pose");
   const CameraFile file = read_cameras(stage.pose, {}, PhotoFit::kView);
   for (const std::string& warning : file.warnings) context.progress.warn(warning);
   const std::vector<Camera>& cameras = file.cameras;
@@ -69,7 +73,7 @@ struct NamedVideo {
 
 /// The name of the camera, empty where it is to be found.
 std::string known_camera(const Scene& scene, const FitStage& stage) {
-  if (stage.camera() == kFind) return "";
+  if (stage.camera() == kFindCamera) return "";
   if (!stage.camera().empty()) return stage.camera();
   return scene.settings.video && !stage.beside ? scene.settings.video->camera : "";
 }
@@ -196,18 +200,11 @@ ReferenceVideo load_video(const Context& context, const RunDirectory& run, const
   options.first = beside ? beside->start : stage.first;
   options.exact_start = beside != nullptr;
   options.last = stage.last;
-  if (!stage.pose.empty()) {
-    if (stage.camera() == kFind)
-      throw usage_error("--video-camera", kFind, "and --video-pose are both given",
-                        "give one of them; --refine-camera refines a pose");
-  } else if (!name.empty()) {
-    camera_named(scene.cameras, name, "the scene");
-  }
   Camera camera;
   if (!stage.pose.empty())
     camera = camera_of_pose_file(context, stage);
   else if (!name.empty())
-    camera = camera_named(scene.cameras, name, "the scene");
+    camera = camera_named(scene.cameras, name, "the scene", {kFindCamera});
   const auto lenses = in.files.find("lenses");
   if (lenses != in.files.end() && stage.pose.empty() && camera.width > 0)
     options.lens = read_lens(lenses->second, camera);

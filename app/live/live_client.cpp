@@ -73,7 +73,10 @@ bool LiveClient::takes_more() const {
   return inbox_.size() < kMostWaiting;
 }
 
-bool LiveClient::is_unsaved() const { return session_ && session_->history().size() != saved_commands_; }
+bool LiveClient::is_unsaved() const {
+  return session_ && !session_->history().empty() &&
+         (session_->history().size() != saved_commands_ || session_->frames() != saved_frames_);
+}
 
 /// When there is something to do although no message comes.
 std::optional<LiveClient::Clock::time_point> LiveClient::next_due() const {
@@ -129,7 +132,8 @@ void LiveClient::handle(const std::string& text) {
     if (!session_ && (!request.commands.empty() || request.frames > 0 || request.run.value_or(false)))
       begin({scene_->drivers(), 0, 0});
     if (pending_.size() + request.commands.size() > kMostPending)
-      throw usage_error("message", "commands", "are too many before a frame", "ask for frames, or run");
+      throw usage_error("message", "commands", "exceed the maximum number of pending commands",
+                        "ask for frames, or run");
     pending_.insert(pending_.end(), std::make_move_iterator(request.commands.begin()),
                     std::make_move_iterator(request.commands.end()));
     if (request.run && *request.run != running_) {
@@ -152,16 +156,19 @@ void LiveClient::handle(const std::string& text) {
 }
 
 void LiveClient::begin(const LiveStart& start) {
+  const bool same = body_ && (start.drivers == 0 || start.drivers == start_.drivers) &&
+                    start.clustered_to == start_.clustered_to && start.frame == start_.frame;
+  // A start that is refused leaves the session that runs.
+  std::unique_ptr<LiveBody> body = same ? std::move(body_) : std::make_unique<LiveBody>(*scene_, start, "start");
   save(true);
   session_.reset();
   pending_.clear();
+  body_ = std::move(body);
   malloc_trim(0);  // what a body that flew far made the solver take
   answer_ = {};
   running_ = false;
-  const bool same = body_ && start.drivers == start_.drivers && start.clustered_to == start_.clustered_to &&
-                    start.frame == start_.frame;
-  if (!same) body_ = std::make_unique<LiveBody>(*scene_, start, "start");
   start_ = start;
+  start_.drivers = body_->level.driving_position.size();
   recording_.emplace(*scene_, start_);
   session_ =
       std::make_unique<LiveSession>(scene_->setup.options, body_->body.particles, scene_->setup.held, body_->state);
@@ -190,6 +197,7 @@ void LiveClient::save(bool ended) {
     if (file_.empty()) file_ = fresh_file(recordings_);
     write_text(file_, recording_->of(*session_));
     saved_commands_ = session_->history().size();
+    saved_frames_ = session_->frames();
     unkept_ = false;
   } catch (const std::exception& error) {
     const std::string said = std::string("the recording cannot be kept: ") + error.what();
@@ -205,6 +213,7 @@ void LiveClient::save(bool ended) {
   if (!ended) return;
   file_.clear();
   saved_commands_ = 0;
+  saved_frames_ = 0;
 }
 
 json LiveClient::description() const {

@@ -61,6 +61,7 @@ class LiveClient : public Client {
   std::optional<RecordingText> recording_;  // of this session
   std::filesystem::path file_;
   size_t saved_commands_ = 0;
+  int saved_frames_ = 0;
   bool unkept_ = false;  // the last time it could not be saved
   std::thread thread_;
 };

@@ -32,6 +32,7 @@ LiveStart parse_start(const json& value, size_t drivers) {
     else
       throw usage_error(kWhere, "start", "has the key " + key.substr(0, 40), "give drivers, clustered_to, frame");
   }
+  if (start.clustered_to > 0 && !value.contains("drivers")) start.drivers = 0;
   return start;
 }
 

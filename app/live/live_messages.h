@@ -11,7 +11,8 @@ namespace pliant {
 
 /// What a client of `pliant view` asks for: a JSON object of at most kMostMessage bytes, as text.
 ///   {"id": n, ...}             an answer with this id follows; without one there is none
-///   "start": {"drivers": M, "clustered_to": c, "frame": f}   begins anew; all three are optional (a level of the page)
+///   "start": {"drivers": M, "clustered_to": c, "frame": f}   begins anew; all three are optional: a level of the page,
+///                              which has M driving particles, and a frame of the clip; a refused one ends nothing
 ///   "commands": [...]          see parse_command; they take effect before the next frame
 ///   "frames": k                so many frames now, as fast as they come; the state after the last is the answer
 ///   "run": true | false        frames pass in real time, and each is sent as far as the client takes them
@@ -28,7 +29,8 @@ struct LiveRequest {
 constexpr size_t kMostMessage = 64 << 10;
 constexpr int kMostFramesAsked = 600;
 
-/// Throws Error{kUsage} where the text is anything else.  `drivers`: those of the motion.
+/// Throws Error{kUsage} where the text is anything else.  `drivers`: those of the motion, with which a start begins
+/// that names no level.
 LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, size_t drivers);
 
 /// A frame for a client, little-endian: 32 bytes {u32 magic "PLNT", u16 version 1, u16 type 1, u32 frame, u32 N, f64
@@ -45,7 +47,8 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
 std::string state_message(const LiveSession& session, const LiveAnswer& answer, std::optional<int> id,
                           double metres_per_unit);
 
-/// {"id", "error"} of a request that could not be done.
+/// {"id", "error"} of a request that could not be done, or {"error"} of what fails by itself.  The third text that a
+/// client is sent is {"said": text}, of what the program does beside the simulation: nothing needs to be done about it.
 std::string error_message(std::optional<int> id, const std::string& text);
 
 }  // namespace pliant

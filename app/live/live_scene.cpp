@@ -12,7 +12,7 @@ ParticleFile level_of(const LiveScene& scene, const LiveStart& start, const std:
   const ParticleFile& file = scene.moving.particles;
   ParticleFile level = start.clustered_to > 0 ? with_drivers(file, scene.scene, start.clustered_to) : file;
   const size_t found = level.driving_position.size();
-  if (found == start.drivers) return level;
+  if (start.drivers == 0 || found == start.drivers) return level;
   throw input_error(where, "drivers", fmt::format("is {}; the object has {}", start.drivers, found),
                     "use the run directory that the page was made from");
 }

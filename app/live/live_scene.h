@@ -23,7 +23,7 @@ LiveScene load_live_scene(const RunDirectory& run, const Scene& scene, const std
 
 /// What a session begins with: the body of a level of driving particles in the state of a frame of the motion.
 struct LiveStart {
-  size_t drivers = 0;    ///< driving particles of the level
+  size_t drivers = 0;    ///< driving particles of the level; 0 = as many as it has
   int clustered_to = 0;  ///< number that with_drivers made them for; 0 = those of the simulation
   size_t frame = 0;
 };

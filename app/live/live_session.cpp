@@ -58,6 +58,7 @@ void LiveSession::open(const SimulationState& start) {
   state.frame = 0;
   state.time = 0;
   session_ = std::make_unique<Session>(options_, particles_, held, std::move(state));
+  options_.held_as_captured = session_->held_as_captured();  // of the first one, for those after a failure
 }
 
 /// Throws Error{kUsage} where it cannot.

@@ -134,13 +134,21 @@ class Visit : public std::enable_shared_from_this<Visit> {
     response->set("Cross-Origin-Opener-Policy", "same-origin");
     response->set("Cross-Origin-Resource-Policy", "same-origin");
     if (!response->has_content_length()) response->prepare_payload();
+    write_some(response, std::make_shared<http::response_serializer<http::string_body>>(*response));
+  }
+
+  /// Piece by piece, each with its own time: who reads slowly but steadily gets the whole.
+  void write_some(const std::shared_ptr<http::response<http::string_body>>& response,
+                  const std::shared_ptr<http::response_serializer<http::string_body>>& serializer) {
     stream_.expires_after(milliseconds(state_.options.idle_timeout));
-    http::async_write(stream_, *response, [self = shared_from_this(), response](beast::error_code error, size_t) {
-      if (error) return;
-      if (response->keep_alive()) return self->read();
-      beast::error_code ignored;
-      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    });
+    http::async_write_some(stream_, *serializer,
+                           [self = shared_from_this(), response, serializer](beast::error_code error, size_t) {
+                             if (error) return;
+                             if (!serializer->is_done()) return self->write_some(response, serializer);
+                             if (response->keep_alive()) return self->read();
+                             beast::error_code ignored;
+                             self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+                           });
   }
 
   State& state_;

@@ -41,7 +41,7 @@ struct LocalServerOptions {
   size_t most_unread = 64 << 20;               ///< bytes that wait for a client before it is dropped
   double messages_per_second = 240;            ///< after a burst of twice as many; then they wait
   size_t most_dropped = size_t{4} << 30;       ///< bytes of a file that a page sends
-  double read_timeout = 5, idle_timeout = 60;  ///< s, of a request and of a WebSocket
+  double read_timeout = 5, idle_timeout = 60;  ///< s, of a request; without progress of an answer or WebSocket
 };
 
 /// HTTP and WebSocket for one person on one machine (Boost.Beast).  Everything lies below a random token, so that no

@@ -87,7 +87,7 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
     return;
   }
   if (!carries_weights(setup, motion_level.driving_position, scene.metres_per_unit)) {
-    file.header["plays_only"] = "a weight hangs on none of the few driving particles that fit into this size";
+    file.header["plays_only"] = "no driving particle of the reduced body carries one of the weights";
     return;
   }
   const auto body_of = [&](const ParticleFile& level) {

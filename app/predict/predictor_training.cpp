@@ -35,7 +35,11 @@ json figures_of(const DistributionNetwork& network, int each) {
                     {"error_of_mean_alone", f.error_of_mean},
                     {"log_density", f.log_density},
                     {"log_density_of_one_gaussian", f.log_density_of_one},
-                    {"coverage_of_80_percent", f.coverage}});
+                    {"coverage_of_80_percent", f.coverage},
+                    {"error_log10_density", f.density_error},
+                    {"error_log10_density_of_mean_alone", f.density_error_of_mean},
+                    {"error_poisson", f.poisson_error},
+                    {"error_poisson_of_mean_alone", f.poisson_error_of_mean}});
   return rows;
 }
 
@@ -105,7 +109,7 @@ OptionTable options_of(TrainPredictor& training) {
             .field = &training.members,
             .help = "Number of networks in the ensemble",
             .low = 1,
-            .high = 50},
+            .high = kMostMembers},
            {.name = "epochs", .field = &training.epochs, .help = "Epochs of each network", .low = 1, .high = 10000},
            {.name = "add-run",
             .field = &training.runs,

@@ -207,6 +207,10 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
     const SparsePoints points = checked_points(context, stage, set, cameras, photos, start);
     TrainingStart first = trained ? std::move(*trained) : start_training(context, stage, points, photos);
     start.update(first.description);
+    for (const std::string& warning : first.warnings) {
+      context.progress.warn(warning);
+      start["warnings"].push_back(warning);
+    }
     context.progress.say("reconstruct: initialization: " + start["sentence"].get<std::string>());
     trainer.emplace(options, photos, std::move(first.cloud), term.get());
   }

@@ -56,7 +56,12 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
   if (stage.start == "auto" || stage.start == "triangulate") {
     context.progress.say("reconstruct: matching features between the photos");
     points = triangulate_photos({}, photos);
-    if (enough(points, "triangulation")) return from_points("triangulate", std::move(points));
+    if (enough(points, "triangulation")) {
+      std::vector<std::string> warnings = photos_without_points(photos, points);
+      TrainingStart start = from_points("triangulate", std::move(points));
+      start.warnings = std::move(warnings);
+      return start;
+    }
     asked_for("triangulate");
   }
   const size_t count = std::max<size_t>(1, budget / 4);

@@ -11,14 +11,15 @@ namespace pliant {
 struct TrainingStart {
   GaussianCloud cloud;
   nlohmann::json description;  ///< {kind, points, sentence}
+  std::vector<std::string> warnings = {};
 };
 
 /// Fewer points are no start: random Gaussians are a better one.
 constexpr size_t kFewestStartPoints = 100;
 
-/// As stage.start says: `points` of structure from motion, points triangulated from the
-/// photos, random ones, or (auto) the first of these that are enough.  A kind that was asked for and is not to be had
-/// is a usage error.
+/// As stage.start says: `points` of structure from motion, points triangulated from the photos, random ones, or (auto)
+/// the first of these that are enough.  A kind that was asked for and is not to be had is a usage error.  Photos that
+/// see hardly any of the triangulated points are warned about.
 TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points,
                              const TrainingPhotos& photos);
 

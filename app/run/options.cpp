@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/text.h"
 #include "gaussians/io/splats/sog.h"
 
 namespace pliant {
@@ -56,16 +56,12 @@ double parse_duration(const std::string& option, const std::string& text) {
 
 std::vector<double> parse_numbers(const std::string& option, const std::string& text, size_t count) {
   std::vector<double> values;
-  size_t begin = 0;
-  while (begin <= text.size()) {
-    const size_t end = std::min(text.find(',', begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
+  for (const std::string& word : split(text, ',')) {
     char* stop = nullptr;
     const double value = std::strtod(word.c_str(), &stop);
     if (word.empty() || *stop != 0 || !std::isfinite(value))
       throw usage_error(option, "", "'" + word + "' in '" + text + "' is not a number", "");
     values.push_back(value);
-    begin = end + 1;
   }
   if (values.size() != count)
     throw usage_error(option, "", fmt::format("'{}' has {} numbers, {} are needed", text, values.size(), count), "");

@@ -93,8 +93,8 @@ void RunDirectory::put_back(const Context& context, const std::string& stage, co
       fs::remove_all(path_ / failed_name(name));
       fs::rename(path_ / name, path_ / failed_name(name));
       manifest_["failed"][stage] = now;
-      context.progress.say(fmt::format("{}: what it had made of {} is kept as {}, from where the same command goes on",
-                                       stage, name, failed_name(name)));
+      context.progress.say(fmt::format("{}: the partial {} is kept as {}; the same command resumes from it", stage,
+                                       name, failed_name(name)));
     }
     fs::remove_all(path_ / name);
     fs::rename(path_ / aside, path_ / name);
@@ -159,7 +159,7 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
   save();
   context.progress.say(fmt::format("{}: {:.1f} s", key.name, seconds));
   if (context.interrupted())
-    throw Error(Failure::kInterrupted, key.name, "", "interrupted once it was done",
+    throw Error(Failure::kInterrupted, key.name, "", "interrupted after this stage had finished",
                 "run the same command to continue after it");
   return summary;
 }

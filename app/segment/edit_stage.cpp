@@ -73,7 +73,7 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
       if (const auto kind = kinds.find(row["id"]); kind != kinds.end()) row["kind"] = kind->second;
   };
   const std::vector<ObjectEntry> objects =
-      write_objects(run, scene, "segment", provenance.dump(), segmentation, tell_kind);
+      write_objects(context, run, scene, "segment", provenance.dump(), segmentation, tell_kind);
   run.set_note("edits", edits);
   write_held_out(run, scene, held_out_of(run, scene.cameras.size()), segmentation);
   for (const auto& [id, name] : named_before) {

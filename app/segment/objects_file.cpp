@@ -39,24 +39,39 @@ json objects_to_json(const std::vector<ObjectEntry>& objects) {
   return rows;
 }
 
-std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& scene, const std::string& origin,
-                                       const std::string& provenance, Segmentation& segmentation,
-                                       const std::function<void(json& rows)>& complete) {
+std::vector<ObjectEntry> write_objects(const Context& context, const RunDirectory& run, const Scene& scene,
+                                       const std::string& origin, const std::string& provenance,
+                                       Segmentation& segmentation, const std::function<void(json& rows)>& complete) {
   if (segmentation.class_cameras.empty()) find_class_cameras(scene.cloud, scene.cameras, segmentation);
   segmentation.class_origin.resize(segmentation.class_id.size());
   for (std::string& known : segmentation.class_origin)
     if (known.empty()) known = origin;
   std::vector<ObjectEntry> objects = list_objects(segmentation, scene.cloud.position);
+  // The sheets only show the result, so a bad photo does not keep it from being written.
+  bool warned = false;
+  const auto picture = [&](int camera) {
+    try {
+      return photo_or_render(scene, camera);
+    } catch (const Error& error) {
+      if (error.failure != Failure::kInput) throw;
+      if (!warned)
+        context.progress.warn(
+            fmt::format("{}; objects.png and features.png show renders in place of such photos", error.what()));
+      warned = true;
+      return render_for_photo(scene, camera);
+    }
+  };
+  std::vector<SheetCell> cells;
+  const ImageF objects_picture = objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells);
+  const ImageF features_picture =
+      features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture, segmentation.antialiased);
   write_segmentation(run / "segmentation.h5", segmentation, provenance);
   json rows = objects_to_json(objects);
   if (complete) complete(rows);
   write_text(run / "objects.json", rows.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
-  const auto picture = [&](int camera) { return photo_or_render(scene, camera); };
-  std::vector<SheetCell> cells;
-  write_image(run / "objects.png", objects_sheet(segmentation, scene.cloud, scene.cameras, picture, 12, &cells));
+  write_image(run / "objects.png", objects_picture);
   write_sheet_cells(run, cells, scene.cameras);
-  write_image(run / "features.png",
-              features_sheet(segmentation.attribute, scene.cloud, scene.cameras, picture, segmentation.antialiased));
+  write_image(run / "features.png", features_picture);
   return objects;
 }
 

@@ -15,11 +15,12 @@ namespace pliant {
 nlohmann::json objects_to_json(const std::vector<ObjectEntry>& objects);
 
 /// Writes segmentation.h5, objects.json, objects.png (with objects_sheet.json) and features.png of a run directory, the
-/// pictures last.
+/// pictures last.  In these, renders stand in for photos that cannot be read, with a warning.
 /// Lists of cameras that are not known are found first, `origin` is put where it is not known how an object was found,
 /// `complete` may add to the rows of objects.json.
-std::vector<ObjectEntry> write_objects(const RunDirectory& run, const Scene& scene, const std::string& origin,
-                                       const std::string& provenance, Segmentation& segmentation,
+std::vector<ObjectEntry> write_objects(const Context& context, const RunDirectory& run, const Scene& scene,
+                                       const std::string& origin, const std::string& provenance,
+                                       Segmentation& segmentation,
                                        const std::function<void(nlohmann::json& rows)>& complete = {});
 
 /// Writes held_out/<camera>.png, the id pictures of cameras that were not learnt from.

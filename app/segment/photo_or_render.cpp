@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/number_order.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/photo.h"
 #include "gaussians/render/render.h"
 
 namespace pliant {
@@ -15,6 +16,10 @@ ImageF photo_or_render(const Scene& scene, int index) {
   const Camera& camera = scene.cameras[index];
   if (!camera.photo.empty() && std::filesystem::exists(camera.photo)) {
     ImageF photo = read_image(camera.photo);
+    // A camera that only the upright picture fits is that of the upright picture.
+    if (photo.width != camera.width && photo.width == camera.height && photo.height == camera.width)
+      if (const int orientation = read_photo_head(camera.photo).orientation; orientation >= 5)
+        photo = oriented(photo, orientation);
     if (photo.width != camera.width || photo.height != camera.height)
       throw input_error(camera.photo, "",
                         std::to_string(photo.width) + "x" + std::to_string(photo.height) + " pixels, its camera has " +
@@ -22,10 +27,14 @@ ImageF photo_or_render(const Scene& scene, int index) {
                         "correct w and h in the camera file");
     return photo;
   }
+  return render_for_photo(scene, index);
+}
+
+ImageF render_for_photo(const Scene& scene, int index) {
   RenderOptions options;
   options.antialiased = scene.report.antialiased;
   options.background = scene.settings.background_color();
-  return render(scene.cloud, camera, options).color;
+  return render(scene.cloud, scene.cameras[index], options).color;
 }
 
 bool all_photographed(const Scene& scene) {

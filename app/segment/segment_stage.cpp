@@ -175,8 +175,9 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
     context.progress.say(
         fmt::format("segment: {} Gaussians in small components were given the label of their surroundings", merged));
   tell_how_found(found.found, segmentation);
-  const std::vector<ObjectEntry> objects = write_objects(run, scene, origin_of(stage, source), provenance, segmentation,
-                                                         [&](json& rows) { tell_kinds(found.found, rows); });
+  const std::vector<ObjectEntry> objects =
+      write_objects(context, run, scene, origin_of(stage, source), provenance, segmentation,
+                    [&](json& rows) { tell_kinds(found.found, rows); });
   run.set_note("edits", {});
   write_held_out(run, scene, options.held_out, segmentation);
   for (const ObjectEntry& object : objects)

@@ -22,7 +22,7 @@ struct SegmentStage {
   std::string associate =
       "auto";  ///< ids of the masks: auto (grouped anew when they do not agree between views), always, never, gaga
   std::vector<double> aabb, sphere;  ///< a selection instead of masks: x0,y0,z0,x1,y1,z1 or x,y,z,r (scene units)
-  std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/lift/gesture_prompts.h
+  std::vector<std::string> boxes, clicks, strokes;  ///< gestures, see segmentation/select/gesture_prompts.h
   double stroke_width = 8;                          ///< of strokes and clicks, px
   int grow = 0;                                     ///< see Gesture
   bool start_from_vote = true;

@@ -1,14 +1,29 @@
 #include "app/simulate/default_push.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/import/interactions.h"
+#include "app/simulate/clip_camera.h"
+#include "gaussians/io/splats/ply.h"
 
 namespace pliant {
+using nlohmann::json;
+
 namespace {
 
 constexpr int kParticlesOfCell = 8;
+
+/// What the push's deflection is a share of [m]: the height, but of a flat thing a part of its whole extent.
+double size_of(const json& extract, const Scene& scene, const Particles& particles) {
+  constexpr double kFlat = 0.2;
+  Box box;
+  for (const Vec3f& x : particles.position) box.add(x);
+  return std::max(extract["height"].get<double>() * scene.metres_per_unit,
+                  kFlat * static_cast<double>(box.size().norm()));
+}
 
 }  // namespace
 
@@ -49,13 +64,44 @@ PushPlace default_push_place(const Particles& particles, const ObjectTip& object
   return place;
 }
 
-nlohmann::json push_row(const PushPlace& place, double newtons, double start, double duration, double metres_per_unit) {
+json push_row(const PushPlace& place, double newtons, double start, double duration, double metres_per_unit) {
   const Vec3d force = newtons * place.direction;
   return {{"type", "point_force"},
           {"start", start},
           {"duration", duration},
           {"region", region_to_json(place.region.scaled(1 / metres_per_unit))},
           {"force", {force.x(), force.y(), force.z()}}};
+}
+
+json sized_push(const Context& context, const SimulateOptions& simulate, const std::filesystem::path& object,
+                const json& extract, const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
+                std::vector<Interaction> held, double start, json& push) {
+  constexpr double kPushDuration = 0.3;  // s
+  const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(object)));
+  const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
+  const ObjectTip tip = tip_of(body, scene);
+  const PushPlace place = default_push_place(body.particles, tip, scene.up, right);
+  PushOptions sizing;
+  sizing.simulate = simulate;
+  sizing.up = scene.up;
+  sizing.height = size_of(extract, scene, body.particles);
+  sizing.fraction = stage.push;
+  sizing.duration = kPushDuration;
+  if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
+  sizing.scale_on_body = true;
+  constexpr int kPercent = 100;
+  sizing.go_on = [&](double share) {
+    context.progress.done(static_cast<int>(kPercent * share));
+    return !context.interrupted();
+  };
+  context.progress.begin("size the push", kPercent);
+  const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
+  context.progress.end();
+  push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
+  context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the {}, from {} s to {} s",
+                                   size.newtons, tip.top ? "top" : "end farthest from what holds it", start,
+                                   start + kPushDuration));
+  return json::array({push_row(place, size.newtons, start, kPushDuration, scene.metres_per_unit)});
 }
 
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "app/simulate/motion.h"
+#include "app/simulate/simulated_body.h"
 #include "gaussians/io/scene/scene.h"
 #include "physics/simulate/push.h"
 
@@ -19,5 +20,12 @@ PushPlace default_push_place(const Particles& particles, const ObjectTip& tip, c
 
 /// One row of interactions.json, in scene units.
 nlohmann::json push_row(const PushPlace& place, double newtons, double start, double duration, double metres_per_unit);
+
+/// The rows of interactions.json without a script: one sideways push at the tip from `start` [s] on, as strong as the
+/// body's stiffness asks for when it is simulated with `simulate` and `held` by these.  `object`: its splats;
+/// `extract`: height and contact that it found; `push` receives how it was sized.  Throws Error{kInterrupted}.
+nlohmann::json sized_push(const Context& context, const SimulateOptions& simulate, const std::filesystem::path& object,
+                          const nlohmann::json& extract, const Scene& scene, const SimulateStage& stage,
+                          const SimulatedBody& body, std::vector<Interaction> held, double start, nlohmann::json& push);
 
 }  // namespace pliant

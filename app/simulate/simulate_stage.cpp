@@ -153,7 +153,6 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
           damping_on_this_grid(context, v, body, rest, plan.options, pins_of(body.file.pinned_json, scene));
   const int total = static_cast<int>(std::lround(plan.options.fps * plan.options.duration));
   context.progress.begin("simulate", total);
-  plan.options.interrupted = context.interrupted;
   SimulateSummary s;
   const SimulationState start = frames.resume(rest, s);
   const FrameSink keep = [&](const SimulationState& state) {

@@ -7,7 +7,6 @@
 
 #include "app/import/interactions.h"
 #include "app/run/attach_scene.h"
-#include "app/simulate/clip_camera.h"
 #include "app/simulate/clip_work.h"
 #include "app/simulate/default_push.h"
 #include "fitting/fields/uniform_field.h"
@@ -19,12 +18,6 @@
 
 namespace pliant {
 using nlohmann::json;
-
-namespace {
-
-constexpr double kPushDuration = 0.3;  // s
-
-}  // namespace
 
 std::vector<Interaction> pins_of(const std::string& pinned_json, const Scene& scene) {
   std::vector<Interaction> pins;
@@ -130,46 +123,6 @@ Interaction obstacle_of(const Context& context, const std::filesystem::path& fil
   obstacle.friction = kFriction;
   obstacle.distance = std::make_shared<SignedDistanceGrid>(scaled(distance.grid, scene.metres_per_unit));
   return obstacle;
-}
-
-/// What the push's deflection is a share of [m]: the height, but of a flat thing a part of its whole extent.
-double size_of(const json& extract, const Scene& scene, const Particles& particles) {
-  constexpr double kFlat = 0.2;
-  Box box;
-  for (const Vec3f& x : particles.position) box.add(x);
-  return std::max(extract["height"].get<double>() * scene.metres_per_unit,
-                  kFlat * static_cast<double>(box.size().norm()));
-}
-
-/// Without a script: one sideways push at the tip, as strong as the body's stiffness asks for.
-json sized_push(const Context& context, const SimulationPlan& plan, const std::filesystem::path& object,
-                const json& extract, const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
-                std::vector<Interaction> held, double start, json& push) {
-  const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(object)));
-  const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
-  const ObjectTip tip = tip_of(body, scene);
-  const PushPlace place = default_push_place(body.particles, tip, scene.up, right);
-  PushOptions sizing;
-  sizing.simulate = plan.options;
-  sizing.up = scene.up;
-  sizing.height = size_of(extract, scene, body.particles);
-  sizing.fraction = stage.push;
-  sizing.duration = kPushDuration;
-  if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
-  sizing.scale_on_body = true;
-  constexpr int kPercent = 100;
-  sizing.go_on = [&](double share) {
-    context.progress.done(static_cast<int>(kPercent * share));
-    return !context.interrupted();
-  };
-  context.progress.begin("size the push", kPercent);
-  const PushSize size = size_push(sizing, body.particles, held, place.region, place.direction);
-  context.progress.end();
-  push = {{"newtons", size.newtons}, {"expected_peak", size.peak_fraction}, {"trials", size.trials}};
-  context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the {}, from {} s to {} s",
-                                   size.newtons, tip.top ? "top" : "end farthest from what holds it", start,
-                                   start + kPushDuration));
-  return json::array({push_row(place, size.newtons, start, kPushDuration, scene.metres_per_unit)});
 }
 
 void warn_of_work(const Context& context, const SimulateOptions& options, const Particles& particles) {
@@ -281,6 +234,7 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
                                std::optional<double> push_start) {
   const bool moving = !push_start;
   SimulationPlan plan;
+  plan.options.interrupted = context.interrupted;
   plan.options.fps = stage.fps;
   plan.options.duration = stage.duration;
   plan.options.rest_shape = stage.rest_shape == "solve" ? RestShapeMode::kSolve : RestShapeMode::kCaptured;
@@ -312,8 +266,8 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
     context.progress.say(
         "simulate: the clip ends before the push begins: nothing pushes the object; give a longer --duration");
   else if (!moving && stage.interactions.empty()) {
-    plan.script =
-        sized_push(context, plan, files.at("object"), extract, scene, stage, body, pins, *push_start, plan.push);
+    plan.script = sized_push(context, plan.options, files.at("object"), extract, scene, stage, body, pins, *push_start,
+                             plan.push);
     plan.interactions = parse_interactions(plan.script.dump(), frame, "interactions.json");
   }
   plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
@@ -348,6 +302,7 @@ SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files
                                    body.particles.cell_size, config.cell_size(), body.particles.size()));
   SimulationPlan plan;
   plan.options = world.options;
+  plan.options.interrupted = context.interrupted;
   plan.options.grid = GridKind::kEulerian;  // as in that program
   plan.interactions = world.interactions;
   warn_of_work(context, plan.options, body.particles);

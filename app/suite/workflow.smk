@@ -50,18 +50,32 @@ def read_json(file):
         return json.load(text)
 
 
-def score(task, scene, method, log, out, measure):
-    """Writes what `measure` returns, and how long it took unless it says "seconds" itself (None = not measured).  Exit
-    codes 1 and 3 of pliant say that the method failed; others end the job."""
+def earlier_seconds(run):
+    """That earlier attempts took in a run directory; None where one was killed before it could write them down."""
+    if not os.path.exists(run + ".seconds"):
+        return None if os.path.exists(run) else 0
+    seconds = read_json(run + ".seconds")
+    os.remove(run + ".seconds")  # what is killed from here on is not measured
+    return seconds
+
+
+def score(task, scene, method, log, out, measure, run=None):
+    """Writes what `measure` returns, and how long all attempts in the directory `run` took unless it says "seconds"
+    itself (None = not measured).  Exit codes 1 and 3 of pliant say that the method failed; others end the job."""
     result = {"task": task, "scene": scene, "method": method}
-    begin = time.monotonic()
+    earlier, begin = earlier_seconds(run) if run else 0, time.monotonic()
     try:
         result.update(measure())
     except subprocess.CalledProcessError as error:
         if error.returncode not in (1, 3):
             raise
         result["failed"] = open(log).read().strip().splitlines()[-1]
-    result.setdefault("seconds", time.monotonic() - begin)
+    finally:
+        seconds = None if earlier is None else earlier + time.monotonic() - begin
+        if run:
+            os.makedirs(os.path.dirname(run), exist_ok=True)
+            write_json(run + ".seconds", seconds)
+    result.setdefault("seconds", seconds)
     write_json(out, result)
 
 
@@ -194,7 +208,7 @@ rule motion:
             metrics["log10_young_error"] = read_json(f"{run}/young.json")["log10_young_error"]
             return metrics
 
-        score("motion", scene, wildcards.method, log[0], output[0], measure)
+        score("motion", scene, wildcards.method, log[0], output[0], measure, run)
 
 
 # Labels from the masks of seven in eight photos, against the masks of the eighth.
@@ -221,7 +235,7 @@ rule segmentation:
             found = read_json(f"{run}/segmentation.json")
             return {"miou": found["miou"], "boundary_miou": found["boundary_miou"]}
 
-        score("segmentation", scene, wildcards.method, log[0], output[0], measure)
+        score("segmentation", scene, wildcards.method, log[0], output[0], measure, run)
 
 
 # The hole behind the object, over pixels that no photo shows; OpenCV fills every view by itself.

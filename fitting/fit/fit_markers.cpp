@@ -13,6 +13,8 @@
 namespace pliant {
 namespace {
 
+constexpr int kFewestSamples = 4;  // one more than unknowns
+
 /// What was measured of the markers on the body in the window, as displacements from rest.
 struct Measured {
   std::vector<double> time;                      // [T]
@@ -52,6 +54,7 @@ class MarkerFit {
         measured_.weight.back().push_back(tracks.weight[t][k]);
       }
     }
+    check_window();
   }
 
   MarkerFitResult run() {
@@ -72,7 +75,16 @@ class MarkerFit {
 
  private:
   static double find_onset(const MarkerFitOptions& options, const MarkerTracks& tracks) {
-    if (std::isfinite(options.release)) return options.release;
+    if (std::isfinite(options.release)) {
+      const double begin = std::max(options.rest_begin, tracks.time.front()), end = tracks.time.back();
+      if (!(options.release > begin && options.release < end))
+        throw usage_error("--marker-release", fmt::format("{:.4g} s", options.release),
+                          fmt::format("is not between the begin of rest at {:.4g} s and the end of the recording at "
+                                      "{:.4g} s",
+                                      begin, end),
+                          "give a time between them, or check --marker-rest");
+      return options.release;
+    }
     // Still until the onset: first against the first places, then against the mean of those before it.
     const auto first = std::lower_bound(tracks.time.begin(), tracks.time.end(), options.rest_begin);
     if (first == tracks.time.end())
@@ -88,6 +100,22 @@ class MarkerFit {
       throw input_error("markers", "", "they move from the first sample on, or not at all",
                         "record the body at rest before its release, or give --marker-release");
     return onset;
+  }
+
+  /// Refuses a window after the release in which too little was measured.
+  void check_window() const {
+    int samples = 0;
+    for (size_t t = 0; t < measured_.time.size(); ++t) {
+      const std::vector<double>& weight = measured_.weight[t];
+      if (measured_.time[t] >= onset_ && std::any_of(weight.begin(), weight.end(), [](double w) { return w > 0; }))
+        ++samples;
+    }
+    if (samples < kFewestSamples)
+      throw input_error("markers", "",
+                        fmt::format("have {} sample{} from {:.4g} s to {:.4g} s, the window after the release", samples,
+                                    samples == 1 ? "" : "s", onset_, onset_ + options_.window),
+                        fmt::format("at least {} are fitted: give a longer --marker-window or check --marker-release",
+                                    kFewestSamples));
   }
 
   void say(const std::string& line) const {

@@ -70,7 +70,8 @@ using MarkerFitSink = std::function<void(const MarkerFitState&)>;
 /// proposal repeated from there; neighbours on the grid are compared by simulation.  Then Gauss-Newton.
 /// `progress` gets a line for every simulated candidate and for the refined result; it may throw to end the fit.
 /// What `state` holds of an earlier call of the same options and inputs is not done again.
-/// Throws Error{kInput} when no marker lies on the body or nothing moves.
+/// Throws Error{kInput} when no marker lies on the body, nothing moves or too little was measured in the window, and
+/// Error{kUsage} for a release that is not within the recording after `rest_begin`.
 MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
                             const std::vector<Interaction>& interactions, const MarkerTracks& tracks,
                             const std::function<void(const std::string&)>& progress = {}, MarkerFitState state = {},

@@ -86,7 +86,6 @@ void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size
   Eigen::MatrixXd scaled(1 + size, 1 + size);
   for (Eigen::Index a = 0; a <= size; ++a)
     for (Eigen::Index b = 0; b <= size; ++b) scaled(a, b) = covariance(a ? 1 + a : 0, b ? 1 + b : 0);
-  fit.field_covariance = scaled.bottomRightCorner(size, size);
   Eigen::MatrixXd by(static_cast<Eigen::Index>(particles), 1 + size);  // of ln E
   by.col(0).setOnes();
   if (size > 0) by.rightCols(size) = sensitivity(*options.field, fit.field);

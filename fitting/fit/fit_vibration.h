@@ -32,7 +32,6 @@ struct VibrationFitOptions {
 struct VibrationFit {
   double log10_factor = 0, log10_sigma = 0;  ///< of all E; one standard deviation of the mean of log10 E
   std::vector<double> field;                 ///< parameters of the field of further factors; empty without one
-  Eigen::MatrixXd field_covariance;          ///< [P, P] of these; their prior's where the tracks say nothing
   std::vector<double> young_sigma;           ///< [N] decades, standard deviation of log10 E of each particle
   double damping_time = 0, damping_time_low = 0, damping_time_high = 0;  ///< s; within one standard deviation
   double time = 0;                 ///< s on the tracks' clock, at which the roll-out starts

@@ -30,9 +30,11 @@ double GuidanceLoss::value_adjoint(std::span<const SimulationState> frames, doub
     const size_t f = frames_.lead + k * frames_.every;
     picture_adjoint<float>(
         *object_, camera_, frames[f],
-        [&](const ImageF&) {
+        [&](const ImageF& picture) {
           ImageF adj = result.gradient[k];
-          for (float& value : adj.data) value *= static_cast<float>(adj_value);
+          // What is clamped does not change with the picture.
+          for (size_t i = 0; i < adj.data.size(); ++i)
+            adj.data[i] *= picture.data[i] < 0 || picture.data[i] > 1 ? 0.0f : static_cast<float>(adj_value);
           return adj;
         },
         gradient[f]);

@@ -9,7 +9,8 @@
 namespace pliant {
 
 /// What another program thinks of a drawn motion (guidance.h), as in score distillation: it sees frame `lead` of the
-/// roll-out, every `every`-th after it, and says in which direction each of their colours should change.
+/// roll-out, every `every`-th after it, clamped to [0, 1], and says in which direction each of their colours should
+/// change.
 /// `against_still` subtracts what it thinks of the first of these frames held, asked as the same step, so that looks
 /// and noise cancel and motion stays (DreamPhysics, Huang et al. 2025, motion distillation).
 class GuidanceLoss : public RolloutLoss<float> {

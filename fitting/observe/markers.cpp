@@ -8,36 +8,24 @@
 #include <limits>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/text.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::string trimmed(std::string text) {
-  const char* space = " \t\r\"";
-  text.erase(0, std::min(text.find_first_not_of(space), text.size()));
-  text.erase(text.find_last_not_of(space) + 1);
-  return text;
-}
+/// Without space and quotes around it.
+std::string bare(const std::string& text) { return trimmed(text, " \t\r\""); }
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
-std::vector<std::string> split(const std::string& line, char separator) {
-  std::vector<std::string> cells;
-  for (size_t begin = 0;;) {
-    const size_t end = line.find(separator, begin);
-    cells.push_back(trimmed(line.substr(begin, end - begin)));
-    if (end == std::string::npos) return cells;
-    begin = end + 1;
-  }
+std::vector<std::string> cells_of(const std::string& line, char separator) {
+  std::vector<std::string> cells = split(line, separator);
+  for (std::string& cell : cells) cell = bare(cell);
+  return cells;
 }
 
 bool remove_ending(std::string& text, const std::string& ending) {
-  if (text.size() < ending.size() || lower(text.substr(text.size() - ending.size())) != ending) return false;
+  if (text.size() < ending.size() || lower_case(text.substr(text.size() - ending.size())) != ending) return false;
   text.resize(text.size() - ending.size());
   return true;
 }
@@ -64,7 +52,7 @@ Columns columns_of(const std::vector<std::string>& titles, double unit_of_unname
   };
   for (size_t column = 0; column < titles.size(); ++column) {
     std::string name = titles[column];
-    const std::string plain = lower(name);
+    const std::string plain = lower_case(name);
     if (plain == "t" || plain == "time" || plain == "t_s" || plain == "time_s" || plain == "t_ms" ||
         plain == "time_ms") {
       if (out.time >= 0) fail(column, "a second column of times, '" + name + "'", "keep one");
@@ -73,7 +61,7 @@ Columns columns_of(const std::vector<std::string>& titles, double unit_of_unname
       continue;
     }
     const double unit = remove_ending(name, "_mm") ? 1e-3 : remove_ending(name, "_m") ? 1 : unit_of_unnamed;
-    const char axis = name.empty() ? ' ' : static_cast<char>(std::tolower(name.back()));
+    const char axis = name.empty() ? ' ' : lower_case(name).back();
     const bool alone = name.size() == 1;
     if (axis < 'x' || axis > 'z' || !(alone || name[name.size() - 2] == '_'))
       fail(column, "'" + titles[column] + "' is neither a time nor a coordinate",
@@ -105,7 +93,7 @@ Columns columns_of(const std::vector<std::string>& titles, double unit_of_unname
 
 /// NaN for a gap.
 double number(const std::string& cell, const std::string& file, size_t line, int column, const Columns& columns) {
-  const std::string plain = lower(cell);
+  const std::string plain = lower_case(cell);
   if (plain.empty() || plain == "nan" || plain == "na") return kNaN;
   double value = 0;
   const char* begin = cell.data() + (cell[0] == '+');
@@ -131,14 +119,14 @@ MarkerTracks read_markers(const std::filesystem::path& path, double unit_of_unna
   for (std::string line; std::getline(in, line);) {
     ++at;
     if (at == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
-    if (trimmed(line).empty() || trimmed(line)[0] == '#') continue;
+    if (bare(line).empty() || bare(line)[0] == '#') continue;
     if (columns.title.empty()) {
       separator = line.find(';') != std::string::npos ? ';' : ',';
-      columns = columns_of(split(line, separator), unit_of_unnamed, file, at);
+      columns = columns_of(cells_of(line, separator), unit_of_unnamed, file, at);
       for (const Columns::Marker& m : columns.markers) tracks.name.push_back(m.name);
       continue;
     }
-    const std::vector<std::string> cells = split(line, separator);
+    const std::vector<std::string> cells = cells_of(line, separator);
     const std::string where = "line " + std::to_string(at);
     if (cells.size() != columns.title.size())
       throw input_error(

@@ -71,7 +71,7 @@ CsvTable::CsvTable(std::string_view text, const std::string& file, std::vector<s
     if (content.empty()) continue;
     const std::string where = "line " + std::to_string(line);
     if (content.find('"') != std::string::npos)
-      throw input_error(file, where, "a quote", "part cells by commas and leave quotes and commas out of them");
+      throw input_error(file, where, "a quote", "separate cells with commas; cells cannot contain quotes or commas");
     std::vector<std::string> cells = pieces_of(content, ',');
     if (cells.size() != titles.size())
       throw input_error(file, where, std::to_string(cells.size()) + " cells, '" + content.substr(0, 40) + "'",

@@ -120,8 +120,8 @@ std::string content_of(const std::string& body) {
 }
 
 std::filesystem::path cache_file(const LlmOptions& options, const std::string& label, const std::string& view) {
-  const std::string question =
-      Json({options.model, label, sha256_of_text(view), kTask}).dump(-1, ' ', true, Json::error_handler_t::replace);
+  const std::string question = Json({url_of(options.url), options.model, label, sha256_of_text(view), kTask})
+                                   .dump(-1, ' ', true, Json::error_handler_t::replace);
   return options.cache / (sha256_of_text(question) + ".json");
 }
 

@@ -48,7 +48,8 @@ struct LlmAnswer {
 /// Asks a language model once for the material of what `label` names and `view` (a PNG; may be empty) shows: chat
 /// completion with a JSON schema; once more where the model refuses max_tokens or a temperature.  The label travels as
 /// data, see sent_label; whatever the answer says, only nine checked and clamped numbers and a short text are taken
-/// from it.  Never throws for what the service does; answers are cached by model, label and view.
+/// from it.  Never throws for what the service does; answers are cached by service, model, label
+/// and view.
 LlmAnswer ask_llm(const LlmOptions& options, const MaterialBounds& bounds, const std::string& label,
                   const std::string& view);
 

@@ -170,7 +170,7 @@ void enter(const CsvRow& row, size_t index, std::map<std::string, size_t>& names
     const std::string key = label_key(name);
     if (key.empty()) throw row.complaint("name", "'" + name + "' has no word", "name it");
     if (!names.insert({key, index}).second)
-      throw row.complaint("name", "'" + name + "' stands in the table already", "keep it in one place");
+      throw row.complaint("name", "'" + name + "' is already in the table", "keep it in one place");
     longest = std::max(longest, static_cast<size_t>(std::count(key.begin(), key.end(), ' ') + 1));
   }
 }

@@ -33,7 +33,6 @@ class Problem {
         precision(vector_of(options.prior_sigma, count, INFINITY).array().square().inverse()),
         residuals_(residuals),
         difference_(vector_of(options.difference, count, 0)),
-        central_(options.central),
         parallel_(options.parallel),
         largest_(vector_of(options.largest_step, count, INFINITY)) {}
 
@@ -68,7 +67,7 @@ class Problem {
       };
       double above = p[i], below = p[i];
       VectorXd upper = moved(step, above), lower = r;
-      if (central_ || above == p[i]) lower = moved(-step, below);
+      if (above == p[i]) lower = moved(-step, below);
       if (above != below) jacobian.col(i) = (upper - lower) / (above - below);
     };
     if (parallel_)
@@ -124,7 +123,7 @@ class Problem {
  private:
   const Residuals& residuals_;
   VectorXd difference_;
-  bool central_, parallel_;
+  bool parallel_;
   VectorXd largest_;
 };
 

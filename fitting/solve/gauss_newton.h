@@ -30,7 +30,6 @@ struct GaussNewtonOptions {
   /// where there is only curvature.
   bool principal_axes = false;
   Eigen::MatrixXd rough_jacobian;  ///< [R, P] for the first of these; empty = the prior alone
-  bool central = false;            ///< J by central differences: twice the runs, second order
   int max_iterations = 20;         ///< accepted or not
   int most_jacobians = 0;          ///< found by differences; 0 = no limit
   double damping = 1e-3;           ///< of Levenberg and Marquardt at the start, relative to the diagonal of J^T J

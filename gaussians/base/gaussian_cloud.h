@@ -42,26 +42,16 @@ struct GaussianCloud : CloudOf<float> {
   Box bounds() const;
 };
 
-/// The same parameters in another precision.
-template <class T, class S>
-CloudOf<T> cloud_cast(const CloudOf<S>& cloud) {
-  CloudOf<T> out;
-  out.sh_degree = cloud.sh_degree;
-  out.resize(cloud.size());
-  for (size_t i = 0; i < cloud.size(); ++i) {
-    out.position[i] = cloud.position[i].template cast<T>();
-    out.rotation[i] = cloud.rotation[i].template cast<T>();
-    out.log_scale[i] = cloud.log_scale[i].template cast<T>();
-    out.opacity_logit[i] = static_cast<T>(cloud.opacity_logit[i]);
-  }
-  for (size_t k = 0; k < cloud.sh.size(); ++k) out.sh[k] = static_cast<T>(cloud.sh[k]);
-  return out;
-}
-
 /// The cloud with spherical harmonics cut or padded with zeros to `degree`.
 GaussianCloud with_sh_degree(const GaussianCloud& cloud, int degree);
 
 constexpr float kSh0 = 0.28209479177387814f;
+
+/// Colour that a DC coefficient of the spherical harmonics gives alone, not clamped to 0..1, and the reverse.
+inline float dc_color(float sh) { return 0.5f + kSh0 * sh; }
+inline float sh_of_color(float color) { return (color - 0.5f) / kSh0; }
+/// Of the three coefficients at `sh`: red, green, blue.
+inline Vec3f dc_color(const float* sh) { return {dc_color(sh[0]), dc_color(sh[1]), dc_color(sh[2])}; }
 
 inline float sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }
 inline float logit(float p) { return std::log(p / (1.0f - p)); }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -32,11 +31,6 @@ struct Loaded {
   std::string unclear;  // an orientation that sizes cannot tell
   bool turned = false, fitted = false, scaled = false, undistorted = false, composited = false;
 };
-
-bool same_shape(const Camera& camera, int width, int height) {
-  const double scale = static_cast<double>(width) / camera.width;
-  return std::abs(camera.height * scale - height) <= std::max(1.0, scale);
-}
 
 /// Turns the picture when only then it has the shape of the camera.  False when it has another shape either way.
 bool orient(Photo& photo, const Camera& camera, Loaded& loaded) {

@@ -8,6 +8,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/quantile.h"
+#include "gaussians/vision/as_mat.h"
 #include "gaussians/vision/optical_flow.h"
 
 namespace pliant {
@@ -16,11 +17,6 @@ namespace {
 constexpr int kWindow = 11;              // px
 constexpr double kNoise = 2.0 / 255;     // of colours: contrast below it says nothing
 constexpr double kTextured = 8.0 / 255;  // contrast from which flow is taken to be right
-
-cv::Mat as_mat(const ImageF& picture) {
-  CHECK(picture.channels == 3);
-  return {picture.height, picture.width, CV_32FC3, const_cast<float*>(picture.data.data())};
-}
 
 /// Mean over the window, summed over the channels.
 cv::Mat window_sum(const cv::Mat& values) {
@@ -43,7 +39,7 @@ cv::Mat window_covariance(const cv::Mat& a, const cv::Mat& b) {
 }  // namespace
 
 double match_score(const ImageF& a, const ImageF& b, const ImageU8& ignored) {
-  CHECK(a.width == b.width && a.height == b.height);
+  CHECK(a.width == b.width && a.height == b.height && a.channels == 3 && b.channels == 3);
   const cv::Mat first = as_mat(a), second = as_mat(b);
   const cv::Mat aa = window_covariance(first, first), bb = window_covariance(second, second),
                 ab = window_covariance(first, second);
@@ -60,6 +56,7 @@ double match_score(const ImageF& a, const ImageF& b, const ImageU8& ignored) {
 }
 
 ImageF local_contrast(const ImageF& picture) {
+  CHECK(picture.channels == 3);
   const cv::Mat mat = as_mat(picture), variance = window_covariance(mat, mat);
   ImageF out(picture.width, picture.height, 1);
   for (int y = 0; y < out.height; ++y)

@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/vision/as_mat.h"
 
 namespace pliant {
 
@@ -11,8 +12,8 @@ ImageF resized(const ImageF& picture, int width, int height) {
   CHECK(picture.channels == 3);
   if (picture.width == width && picture.height == height) return picture;
   ImageF out(width, height, 3);
-  const cv::Mat from(picture.height, picture.width, CV_32FC3, const_cast<float*>(picture.data.data()));
-  cv::Mat to(height, width, CV_32FC3, out.data.data());
+  const cv::Mat from = as_mat(picture);
+  cv::Mat to = as_mat(out);
   const bool smaller = static_cast<size_t>(width) * height < picture.pixels();
   cv::resize(from, to, to.size(), 0, 0, smaller ? cv::INTER_AREA : cv::INTER_LINEAR);
   return out;

@@ -275,7 +275,6 @@ SolidSamples fill_interior(const FillOptions& options, const GaussianCloud& obje
     summary->samples = samples.size();
     summary->cell = h;
     summary->thin_samples = samples.size() - solid;
-    for (size_t i = solid; i < samples.size(); ++i) summary->thin_volume += samples.volume[i];
   }
   return samples;
 }

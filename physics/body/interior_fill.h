@@ -18,7 +18,6 @@ struct FillSummary {
   double volume = 0;  ///< units^3
   size_t samples = 0;
   size_t thin_samples = 0;  ///< samples of parts too thin to have an inside that the grid resolves
-  double thin_volume = 0;   ///< their volume, units^3
   float cell = 0;           ///< side of the grid's cells, units
 };
 

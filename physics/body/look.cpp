@@ -10,7 +10,7 @@ Look look_of(const GaussianCloud& cloud, int i) {
   int order[3] = {0, 1, 2};
   std::sort(order, order + 3, [&](int a, int b) { return scale[a] < scale[b]; });
   Look look;
-  look.color = Vec3f::Constant(0.5f) + kSh0 * Eigen::Map<const Vec3f>(cloud.sh_of(i));
+  look.color = dc_color(cloud.sh_of(i));
   const bool needle = scale[order[1]] < kNeedle * scale[order[2]];
   look.normal = needle ? Vec3f(Vec3f::Zero()) : Vec3f(rotation_matrix<float>(cloud.rotation[i]).col(order[0]));
   return look;

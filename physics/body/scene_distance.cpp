@@ -108,7 +108,6 @@ SceneDistanceResult make_scene_distance(const SceneDistanceOptions& options, std
   }
   const double spacing = cloud.position.empty() ? 0 : remove_floaters(cloud, result.summary.floaters);
   result.summary.surfels = static_cast<int>(cloud.position.size());
-  result.summary.surfel_spacing = spacing;
   if (cloud.position.empty()) return result;
 
   face(cloud, options.viewpoints);
@@ -126,8 +125,6 @@ SceneDistanceResult make_scene_distance(const SceneDistanceOptions& options, std
       grid.value[row * grid.size[2] + k] = static_cast<float>(std::clamp(d, -limit, limit));
     }
   });
-  const auto solid = std::count_if(grid.value.begin(), grid.value.end(), [](float d) { return d < 0; });
-  result.summary.solid_share = static_cast<double>(solid) / static_cast<double>(grid.value.size());
   return result;
 }
 

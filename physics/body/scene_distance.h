@@ -20,8 +20,6 @@ struct SceneDistanceOptions {
 
 struct SceneDistanceSummary {
   int surfels = 0, floaters = 0;  ///< used; left out because few others lie near
-  double surfel_spacing = 0;      ///< median distance of neighbouring surfels
-  double solid_share = 0;         ///< of the nodes
 };
 
 struct SceneDistanceResult {

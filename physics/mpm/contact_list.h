@@ -24,7 +24,7 @@ class ContactList {
 
   /// Forgets everything; the next steps begin with a new list.
   void clear() { travelled_ = kSlack; }
-  /// After a step of dt in which nothing was faster than `speed`.
+  /// After a step of dt in which nothing was faster than `speed`, measured from any velocity.
   void travel(double speed, double dt, double dx) { travelled_ += 2 * speed * dt / dx; }
   bool stale() const { return travelled_ >= kSlack; }
   /// Anew for the present places `x` [slots].

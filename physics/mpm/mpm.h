@@ -81,7 +81,7 @@ class Mpm {
   void grid_to_particles(T dt);
 
   bool finite() const { return finite_; }
-  /// m/s, after the last step; in Lagrangian runs from the mean velocity.
+  /// m/s, of particles after the last step; in Lagrangian runs of nodes, from the mean velocity, see NodeFrame.
   double max_speed() const { return max_speed_; }
   int64_t strays() const { return strays_; }
   /// Momentum [N s] that the colliders, then the pins, then the body loads gave to the body in the last step.
@@ -166,7 +166,6 @@ class Mpm {
   std::vector<uint8_t> loaded_;             // [particle blocks] whether any particle has load bits, likewise
   std::vector<T> kept_;                     // [nodes] share of its velocity that a node keeps in a step of kept_dt_
   T kept_dt_ = 0;                           // s
-  std::vector<T> seen_;                     // [nodes] largest weight of a particle
   double mass_ = 0;                         // kg, of all
   Vec3<T> drift_ = Vec3<T>::Zero();         // m/s, mean velocity before the step
   std::vector<NodeReport<T>> node_report_;  // of the last step

@@ -58,6 +58,7 @@ struct MpmData {
   std::vector<Node<T>> node_displacement;  ///< [nodes] m
   std::vector<Node<T>> node_displacement_rest;  ///< [nodes] what rounding cut off from it
   std::vector<T> node_damping;                  ///< [nodes] 1/s, mean of the particles'; empty = none
+  std::vector<T> node_seen;                     ///< [nodes] see NodeFrame::seen
 };
 
 /// Where a particle is and how it moves.

@@ -102,7 +102,7 @@ void Mpm<T>::find_kept(T dt) {
 template <class T>
 void Mpm<T>::displace_node_block(int n, T dt) {
   const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
-  const NodeFrame<T> frame{{drift_[0], drift_[1], drift_[2]}, seen_.data() + first};
+  const NodeFrame<T> frame{{drift_[0], drift_[1], drift_[2]}, data_.node_seen.data() + first};
   kernels_->displace_nodes(data_.active[n], data_.node_velocity[first].lane, dt, frame,
                            data_.node_displacement[first].lane, data_.node_displacement_rest[first].lane,
                            node_report_[n]);
@@ -169,12 +169,12 @@ void Mpm<T>::find_rest_constants() {
     mass_ += r.mass;
     damped |= r.damping_rate > T(0);
   }
-  seen_.assign(data_.node.size(), T(0));
+  data_.node_seen.assign(data_.node.size(), T(0));
   for (int b = 0; b < data_.grid.particle_blocks(); ++b)
     for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s)
       for_stencil(data_, data_.reference[data_.record[s].index], [&](int at, T w, const Vec3<T>&) {
-        T& seen = seen_[node_of_patch(data_.grid, b, at)];
-        seen = std::max(seen, w);
+        T& seen = data_.node_seen[node_of_patch(data_.grid, b, at)];
+        seen = std::max(seen, std::min(T(1), 8 * w));
       });
   gain_.resize(slots);
   where_.resize(slots);

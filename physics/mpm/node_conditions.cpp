@@ -79,16 +79,6 @@ void for_pinned_nodes(const NodeBlock<T>& block, const Pin& pin, Visit&& visit) 
     if (whole || pin.signed_distance(block.rest_position(k)) <= reach) visit(k);
 }
 
-template <class T>
-Vec3d velocity_of(const Node<T>& node) {
-  return {node.lane[0], node.lane[1], node.lane[2]};
-}
-
-template <class T>
-void set_velocity(Node<T>& node, const Vec3d& v) {
-  for (int a = 0; a < 3; ++a) node.lane[a] = static_cast<T>(v[a]);
-}
-
 }  // namespace
 
 double filled_share(double distance) {

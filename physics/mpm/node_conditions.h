@@ -11,6 +11,16 @@ struct alignas(4 * sizeof(T)) Node {
   T lane[4];
 };
 
+/// The first three numbers of a node, after the update its velocity [m/s]; its mass stays.
+template <class T>
+Vec3d velocity_of(const Node<T>& node) {
+  return {node.lane[0], node.lane[1], node.lane[2]};
+}
+template <class T>
+void set_velocity(Node<T>& node, const Vec3d& v) {
+  for (int a = 0; a < 3; ++a) node.lane[a] = static_cast<T>(v[a]);
+}
+
 /// The nodes of one block, node[(i * 4 + j) * 4 + k] at first + dx * (i, j, k).
 template <class T>
 struct NodeBlock {

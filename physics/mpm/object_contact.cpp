@@ -72,20 +72,6 @@ void exchange_impulse_adjoint(double friction, const NodePair& pair, NodePair& a
   adj.gradient[0] = -adj_g;
 }
 
-namespace {
-
-template <class T>
-Vec3d velocity_of(const Node<T>& node) {
-  return {node.lane[0], node.lane[1], node.lane[2]};
-}
-
-template <class T>
-void set_velocity(Node<T>& node, const Vec3d& v) {
-  for (int c = 0; c < 3; ++c) node.lane[c] = static_cast<T>(v[c]);
-}
-
-}  // namespace
-
 template <class T>
 void apply_object_contact(const StepLoads<T>& loads, const BlockGrid& grid, T dx, std::vector<Node<T>>& nodes, int n) {
   const ContactRing<T> ring(loads, grid, dx, nodes, n);

@@ -17,12 +17,13 @@ inline double overlap(double t, double dt, double start, double end) {
 
 /// Point of a path at a time since its start; linear in between, constant outside.
 inline Vec3d path_position(const std::vector<Interaction::PathPoint>& path, double time) {
-  size_t k = 0;
-  while (k < path.size() && path[k].time <= time) ++k;
-  if (k == 0) return path.front().position;
-  if (k == path.size()) return path.back().position;
-  const double s = (time - path[k - 1].time) / (path[k].time - path[k - 1].time);
-  return path[k - 1].position + s * (path[k].position - path[k - 1].position);
+  const auto next = std::upper_bound(path.begin(), path.end(), time,
+                                     [](double t, const Interaction::PathPoint& point) { return t < point.time; });
+  if (next == path.begin()) return path.front().position;
+  if (next == path.end()) return path.back().position;
+  const auto last = next - 1;
+  const double s = (time - last->time) / (next->time - last->time);
+  return last->position + s * (next->position - last->position);
 }
 
 /// Length [m] of the uniform bar whose volume lies as far from its centre, along its axis, as that of these particles

@@ -35,7 +35,7 @@ void warn_of_thin_obstacles(const LoadSchedule<T>& schedule, double seconds, Sim
     if (!is_thin(it, summary.cell_size) || !why_idle(it, seconds).empty()) continue;
     char line[320];
     std::snprintf(line, sizeof line,
-                  "%s is only %.3g m from its middle to its surface, with cells of %.3g m: what is below 1.5 cells may "
+                  "%s has a half-thickness of only %.3g m with cells of %.3g m: obstacles with less than 1.5 cells may "
                   "pass through the body or get stuck in it; make it larger, or use more driving particles, whose "
                   "cells are smaller",
                   name_of(it, k).c_str(), it.region.half_thickness(), summary.cell_size);

@@ -114,7 +114,8 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
                           "touches no particle; the nearest is " + std::to_string(nearest) + " m outside",
                           "move or enlarge the region");
       if (used_bits == 32)
-        throw usage_error(where, "", "is the 33rd that acts on particles", "split the script into several runs");
+        throw usage_error(where, "", "exceeds the maximum of 32 interactions that act on particles",
+                          "split the script into several runs");
       entry.bit = uint32_t{1} << used_bits++;
       for (size_t i = 0; i < particles.size(); ++i) {
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;

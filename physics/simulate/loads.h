@@ -68,7 +68,8 @@ class LoadSchedule {
   /// Whether the gravity under which the body was captured is cancelled at time t: a pin holds it then and did so as it
   /// was captured.
   bool cancels_gravity(double t) const {
-    return options_.rest_shape == RestShapeMode::kCaptured && pinned(0) && pinned(t);
+    return options_.rest_shape == RestShapeMode::kCaptured && options_.held_as_captured.value_or(pinned(0)) &&
+           pinned(t);
   }
   /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  `source` holds
   /// the numbers of the interactions.

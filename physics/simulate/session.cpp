@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "gaussians/base/error.h"
 #include "physics/simulate/grab_spring.h"
@@ -29,6 +30,14 @@ void cut_path(std::vector<Interaction::PathPoint>& path, double time) {
   path.push_back({time, place});
 }
 
+/// Leaves out the second last point of a path whose last three are at one place; its place at any time stays the same.
+void drop_idle_point(std::vector<Interaction::PathPoint>& path) {
+  const size_t n = path.size();
+  if (n < 3 || path[n - 3].position != path[n - 2].position || path[n - 2].position != path[n - 1].position) return;
+  path[n - 2].time = path[n - 1].time;
+  path.pop_back();
+}
+
 /// Whether nothing of it is left after a time.
 bool is_over(const Interaction& it, double time) {
   return it.end() <= time || (it.type == InteractionType::kImpulse && it.start < time);
@@ -46,24 +55,22 @@ Session::Session(const SimulateOptions& options, Particles particles, const std:
   settings_.damping_time = options.damping_time;
   settings_.gravity = options.gravity;
   for (const Interaction& it : held) {
-    active_.push_back({static_cast<int>(history_.size()), it});
+    active_.push_back({static_cast<int>(history_.size())});
     history_.push_back(it);
   }
   rebuild();
+  if (!options_.held_as_captured) options_.held_as_captured = simulator_->schedule().pinned(0);
 }
 
 std::vector<Interaction> Session::acting() const {
   std::vector<Interaction> script;
-  for (const Active& a : active_) script.push_back(a.interaction);
+  for (const Active& a : active_) script.push_back(history_[a.number]);
   if (settings_.gravity != options_.gravity) {
     Interaction gravity;
     gravity.type = InteractionType::kGravity;
     gravity.vector = settings_.gravity;
     script.push_back(gravity);
   }
-  // What held the body as it was captured still tells that its gravity is cancelled while anything holds it.
-  for (const Interaction& it : history_)
-    if (it.type == InteractionType::kPin && it.start == 0 && it.end() <= state_.time) script.push_back(it);
   return script;
 }
 
@@ -74,7 +81,8 @@ void Session::rebuild() {
   for (size_t i = 0; i < particles_.size(); ++i)
     particles_.young[i] = static_cast<float>(settings_.young_scale * original_.young[i]);
   simulator_ = std::make_unique<Simulator<float>>(options, particles_, acting(), summary_);
-  force_.assign(active_.size(), Vec3d::Zero());
+  // A solver notices only changes within its own schedule, so that all that slept under another one wakes.
+  state_.quiet_time.clear();
 }
 
 Session::Active* Session::find(int number) {
@@ -96,27 +104,31 @@ void Session::set(const SessionSettings& settings) {
 
 int Session::begin(Interaction it) {
   it.start = state_.time;
+  // A pin at 0 s counts as one that held the body before, where it was captured.
+  if (it.type == InteractionType::kPin) it.start = std::max(it.start, std::numeric_limits<double>::min());
   if (it.type == InteractionType::kGrab && it.path.empty())
     it.path = {{0, touched_centre(original_, state_, it.region)}};
   const int number = static_cast<int>(history_.size());
-  active_.push_back({number, it});
+  active_.push_back({number});
+  history_.push_back(std::move(it));
   try {
     rebuild();
   } catch (...) {
     active_.pop_back();
+    history_.pop_back();
     rebuild();
     throw;
   }
-  history_.push_back(it);
   return number;
 }
 
 void Session::move(int number, const Vec3d& target) {
   Active* const a = find(number);
   if (!a) return;
-  CHECK_MSG(follows_a_path(a->interaction), "only grabs and fingers move");
-  const double start = a->interaction.start, end = (state_.frame + 1) / options_.fps - start;
-  std::vector<Interaction::PathPoint>& path = a->interaction.path;
+  Interaction& it = history_[number];
+  CHECK_MSG(follows_a_path(it), "only grabs and fingers move");
+  const double start = it.start, end = (state_.frame + 1) / options_.fps - start;
+  std::vector<Interaction::PathPoint>& path = it.path;
   if (a->moved) {
     path.back().position = target;
   } else {
@@ -124,38 +136,37 @@ void Session::move(int number, const Vec3d& target) {
     path.push_back({end, target});
   }
   a->moved = true;
-  history_[number].path = path;
 }
 
 void Session::end(int number) {
   Active* const a = find(number);
   if (!a) return;
-  history_[number].duration = state_.time - a->interaction.start;
+  history_[number].duration = std::max(0.0, state_.time - history_[number].start);
   active_.erase(active_.begin() + (a - active_.data()));
   rebuild();
 }
 
 void Session::advance() {
-  for (Active& a : active_) {
+  for (size_t k = 0; k < active_.size(); ++k) {
+    Active& a = active_[k];
+    Interaction& it = history_[a.number];
+    if (!follows_a_path(it)) continue;
     // A path that nobody has continued stays where it is.
-    if (follows_a_path(a.interaction) && !a.moved &&
-        a.interaction.start + a.interaction.path.back().time < (state_.frame + 0.5) / options_.fps)
-      move(a.number, a.interaction.path.back().position);
+    if (!a.moved && it.start + it.path.back().time < (state_.frame + 0.5) / options_.fps)
+      move(a.number, it.path.back().position);
+    if (!a.moved) continue;
     a.moved = false;
-  }
-  size_t k = 0;
-  for (const Active& a : active_) {
-    if (follows_a_path(a.interaction)) simulator_->set_path(k, a.interaction.path);
-    ++k;
+    drop_idle_point(it.path);
+    simulator_->set_path(k, it.path);
   }
   SimulationState next = state_;
   simulator_->advance(next);
   state_ = std::move(next);
   substeps_ = summary_.substeps_of_frame.back();
-  for (size_t n = 0; n < force_.size(); ++n) force_[n] = options_.fps * summary_.impulse_of_frame.back()[n];
+  for (size_t k = 0; k < active_.size(); ++k) active_[k].force = options_.fps * summary_.impulse_of_frame.back()[k];
   summary_ = {};
   const size_t before = active_.size();
-  std::erase_if(active_, [&](const Active& a) { return is_over(a.interaction, state_.time); });
+  std::erase_if(active_, [&](const Active& a) { return is_over(history_[a.number], state_.time); });
   if (active_.size() != before) rebuild();
 }
 
@@ -164,8 +175,8 @@ bool Session::acts(int number) const {
 }
 
 Vec3d Session::force(int number) const {
-  for (size_t k = 0; k < force_.size(); ++k)
-    if (active_[k].number == number) return force_[k];
+  for (const Active& a : active_)
+    if (a.number == number) return a.force;
   return Vec3d::Zero();
 }
 

@@ -19,17 +19,21 @@ struct SessionSettings {
 /// done, done again at the same frames, gives the same motion bit for bit.
 class Session {
  public:
-  /// `held`: interactions that act from the start, such as pins and floor; numbers 0, 1, ...
+  /// `held`: interactions that act from the start, such as pins and floor; numbers 0, 1, ...  Where the options do not
+  /// say whether a pin held the body as it was captured, its pins do.
   Session(const SimulateOptions& options, Particles particles, const std::vector<Interaction>& held,
           SimulationState start);
 
   const SimulationState& state() const { return state_; }
   const Particles& particles() const { return particles_; }
   const SessionSettings& settings() const { return settings_; }
+  /// Whether a pin held the body as it was captured, so that its gravity is cancelled while any pin holds it.
+  bool held_as_captured() const { return *options_.held_as_captured; }
 
   /// From the next frame on.
   void set(const SessionSettings& settings);
-  /// Begins an interaction now, whatever its `start`; returns its number.  A grab without a path takes hold of what its
+  /// Begins an interaction now, whatever its `start`; returns its number.  A pin is one that did not hold the body as
+  /// it was captured, before the first frame too.  A grab without a path takes hold of what its
   /// region holds where that is now.  Throws Error{kUsage} as `simulate` does; the session is as it was then.
   int begin(Interaction interaction);
   /// Target of a grab, or place of a finger, at the end of the next frame [m]; what its path had planned after now is
@@ -50,9 +54,9 @@ class Session {
 
  private:
   struct Active {
-    int number;
-    Interaction interaction;
-    bool moved = false;  // in the next frame
+    int number;                   // in history_
+    bool moved = false;           // in the next frame
+    Vec3d force = Vec3d::Zero();  // N, mean of the last frame
   };
 
   Active* find(int number);
@@ -66,7 +70,6 @@ class Session {
   SessionSettings settings_;
   std::vector<Active> active_;
   std::vector<Interaction> history_;
-  std::vector<Vec3d> force_;  // [active]
   SimulateSummary summary_;
   std::unique_ptr<Simulator<float>> simulator_;  // null until it is needed again
   int substeps_ = 0;

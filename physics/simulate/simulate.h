@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,7 @@ struct SimulateOptions {
   double cell_size = 0;            ///< m; 0 = that of the particles
   double settle_time = 0;          ///< s, at most, of settling before frame 0, for bodies that no pin holds
   RestShapeMode rest_shape = RestShapeMode::kCaptured;  ///< of bodies that a pin holds
+  std::optional<bool> held_as_captured = {};  ///< a pin held the body as it was captured; none = where one does at 0 s
   double object_friction =
       0.5;  ///< Coulomb coefficient between the objects of `particles`, and of parts of one that meet
   int max_substeps = kMaxSubstepsOfFrame;  ///< a frame that needs more fails

@@ -11,8 +11,9 @@
 namespace pliant {
 namespace {
 
-constexpr double kJump = 1.0 / 3;  // cells by which a Lagrangian body may move in a step
-constexpr int kMostHalvings = 4;   // of the time step in one retry
+// Cells by which a Lagrangian body may move in a step: as chosen at the start of a frame, and before it is repeated.
+constexpr double kJump = 1.0 / 3, kJumpCap = 0.8;
+constexpr int kMostHalvings = 4;  // of the time step in one retry
 
 /// Origin of the grid: a multiple of dx near the middle of the body, so that coordinates stay small.
 template <class T>
@@ -36,6 +37,18 @@ int halvings_of(double courant_number) {
   int halvings = 1;
   while (halvings < kMostHalvings && std::ldexp(1.0, halvings) < courant_number) ++halvings;
   return halvings;
+}
+
+/// Frame `frame` is unstable with `tried` substeps (0 = none were tried), and needs more than `allowed` of them where
+/// that is not 0.
+Error unstable(int frame, int tried, int allowed) {
+  std::string problem = "frame " + std::to_string(frame);
+  if (tried > 0) problem += " stays unstable with " + std::to_string(tried) + " substeps";
+  if (tried > 0 && allowed > 0) problem += " and";
+  if (allowed > 0) problem += " needs more than the maximum of " + std::to_string(allowed) + " substeps";
+  return numerical_error("simulate", problem,
+                         tried > 0 ? "lower the forces, raise Young's modulus, or use fewer driving particles"
+                                   : "lower the speeds or Young's modulus, or use fewer driving particles");
 }
 
 }  // namespace
@@ -98,30 +111,27 @@ double Simulator<T>::fastest(const BasicSimulationState<T>& state) const {
 /// How many cells waves and matter run through in a step, as a share of what is stable: on an Eulerian grid both
 /// together, on a Lagrangian one waves alone, while what moves must not jump over what it may touch.
 template <class T>
-double Simulator<T>::courant_number(double speed, double dt, double limit) const {
+double Simulator<T>::courant_number(double speed, double dt, double limit, double jump) const {
   if (!lagrangian_) return (sound_speed_ + speed) * dt / (limit * dx_);
-  return std::max(sound_speed_ / (limit * dx_), speed / (kJump * dx_)) * dt;
+  return std::max(sound_speed_ / (limit * dx_), speed / (jump * dx_)) * dt;
 }
 
 template <class T>
 int Simulator<T>::substeps_of(const BasicSimulationState<T>& state) const {
   if (options_.substeps > 0) return options_.substeps;
   const double speed = std::max(fastest(state), schedule_.collider_speed(state.frame / options_.fps, 1 / options_.fps));
-  const double wanted = courant_number(speed, 1 / options_.fps, options_.courant);
+  const double wanted = courant_number(speed, 1 / options_.fps, options_.courant, kJump);
   return wanted < kMaxSubstepsOfFrame ? std::max(1, static_cast<int>(std::ceil(wanted))) : kMaxSubstepsOfFrame + 1;
 }
 
 template <class T>
 void Simulator<T>::advance(BasicSimulationState<T>& state) {
-  int substeps = substeps_of(state);
+  int substeps = substeps_of(state), tried = 0;
   for (int halvings = 0;;) {
     if (halvings > options_.max_retries || substeps > options_.max_substeps)
-      throw numerical_error(
-          "simulate",
-          "frame " + std::to_string(state.frame + 1) + " stays unstable with " + std::to_string(substeps) + " substeps",
-          halvings > 0 ? "lower the forces, raise Young's modulus, or use fewer driving particles"
-                       : "lower the speeds or Young's modulus, or use fewer driving particles");
+      throw unstable(state.frame + 1, tried, substeps > options_.max_substeps ? options_.max_substeps : 0);
     begin_frame(state);
+    tried = substeps;
     if (run(state, substeps, 0, substeps)) break;
     // The smallest step that is allowed is tried in any case.
     const int left = options_.max_retries - halvings, more = std::min(halvings_of(courant_number_), std::max(left, 1));
@@ -168,12 +178,16 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
       last - first, static_cast<T>(dt), loads_,
       [&](int k) { schedule_.at(start + (first + k) * dt, dt, solver_, loads_); },
       [&] {
-        for (size_t l = 0; l < loads_.source.size(); ++l) impulse_[loads_.source[l]] += solver_.impulses()[l];
+        // Supports meet velocities that are damped already; with v' = k (v + dt a + J / m), J is 1 / k of what they
+        // change.
+        const size_t supports = loads_.colliders.size() + loads_.pins.size();
+        for (size_t l = 0; l < loads_.source.size(); ++l)
+          impulse_[loads_.source[l]] += solver_.impulses()[l] / (l < supports ? double{loads_.velocity_scale} : 1.0);
         // The grid's gravity pulls at the weights as well.
         for (size_t k = 0; k < schedule_.size(); ++k)
           if (schedule_[k].type == InteractionType::kWeight)
             impulse_[k] += dt * schedule_[k].mass * loads_.gravity.template cast<double>();
-        courant_number_ = courant_number(solver_.max_speed(), dt, options_.courant_cap);
+        courant_number_ = courant_number(solver_.max_speed(), dt, options_.courant_cap, kJumpCap);
         return courant_number_ <= 1;
       },
       tape);

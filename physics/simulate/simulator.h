@@ -51,7 +51,7 @@ class Simulator {
  private:
   void see_border(int frame);
   double fastest(const BasicSimulationState<T>& state) const;
-  double courant_number(double speed, double dt, double limit) const;
+  double courant_number(double speed, double dt, double limit, double jump) const;
 
   SimulateOptions options_;
   BasicParticles<T> particles_;

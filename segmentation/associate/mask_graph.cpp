@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <tuple>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
@@ -90,11 +90,6 @@ std::vector<Pair> candidates(const std::vector<Places>& places) {
   return pairs;
 }
 
-int root_of(std::vector<int>& parent, int m) {
-  while (parent[m] != m) m = parent[m] = parent[parent[m]];
-  return m;
-}
-
 }  // namespace
 
 std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelations& relations) {
@@ -104,8 +99,7 @@ std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelation
       M, [&](std::ptrdiff_t m) { several[m] = stands_on_several(options, relations, static_cast<int>(m)); }, 64);
   std::vector<Places> places = places_of_masks(relations, several);
   std::vector<Pair> pairs = candidates(places);
-  std::vector<int> parent(M);
-  std::iota(parent.begin(), parent.end(), 0);
+  DisjointSets sets(M);
   while (true) {
     // How far support leads, 0 where the views do not agree well enough; equal leads are told apart by a number.
     struct Lead {
@@ -134,15 +128,15 @@ std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelation
     for (size_t i = 0; i < pairs.size(); ++i) {
       const auto [a, b] = pairs[i];
       if (leads[i].lead < (strongest + 1) / 2 || leads[i] < best[a] || leads[i] < best[b]) continue;
-      parent[b] = a;
+      sets.join_into(a, b);
       joined.push_back(b);
     }
     std::sort(joined.begin(), joined.end());
     for (int m : joined) {
-      places[root_of(parent, m)].add(places[m]);
+      places[sets.find(m)].add(places[m]);
       places[m] = {};
     }
-    for (Pair& pair : pairs) pair = std::minmax({root_of(parent, pair.first), root_of(parent, pair.second)});
+    for (Pair& pair : pairs) pair = std::minmax({sets.find(pair.first), sets.find(pair.second)});
     std::erase_if(pairs, [](const Pair& pair) { return pair.first == pair.second; });
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
@@ -151,7 +145,7 @@ std::vector<int> group_masks(const MaskGraphOptions& options, const MaskRelation
   int groups = 0;
   for (int m = 0; m < M; ++m) {
     if (several[m]) continue;
-    int& own = number[root_of(parent, m)];
+    int& own = number[sets.find(m)];
     if (own < 0) own = groups++;
     group[m] = own;
   }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <queue>
+
+#include "gaussians/base/disjoint_sets.h"
 
 namespace pliant {
 namespace {
@@ -19,11 +20,6 @@ struct Tie {
     return strength != o.strength ? strength < o.strength : a != o.a ? a > o.a : b > o.b;
   }
 };
-
-int root_of(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 }  // namespace
 
@@ -54,9 +50,9 @@ bool distinct(const SeparateTouchingOptions& options, const GroupSums& a, const 
 std::vector<int> split_things(const SeparateTouchingOptions& options, const SolidScene& scene,
                               const std::vector<int>& nodes, const std::vector<uint8_t>& foot) {
   const int n = static_cast<int>(nodes.size());
-  std::vector<int> place(scene.size(), -1), parent(n);
+  std::vector<int> place(scene.size(), -1);
+  DisjointSets sets(n);
   for (int k = 0; k < n; ++k) place[nodes[k]] = k;
-  std::iota(parent.begin(), parent.end(), 0);
   // Seeds stay inside a cell, so that no single gap in a border lets two things run together.
   const float side = kSeed * std::max(scene.graph.spacing, 1e-12f);
   std::vector<Eigen::Vector3i> cell(n);
@@ -68,7 +64,7 @@ std::vector<int> split_things(const SeparateTouchingOptions& options, const Soli
     if (place[edge.a] < 0 || place[edge.b] < 0 || scene.graph.edge_nearness[e] < kTouching) continue;
     inner.push_back(e);
     if (scene.agreement[e] >= options.seed && cell[place[edge.a]] == cell[place[edge.b]])
-      parent[root_of(parent, place[edge.a])] = root_of(parent, place[edge.b]);
+      sets.join_into(place[edge.b], place[edge.a]);
   }
 
   // Sums of the segments and the ties between them.
@@ -77,10 +73,10 @@ std::vector<int> split_things(const SeparateTouchingOptions& options, const Soli
   for (int k = 0; k < n; ++k) {
     GroupSums own = sums_of(scene, nodes[k]);
     own.feet = foot[nodes[k]] != 0;
-    sums[root_of(parent, k)].add(own);
+    sums[sets.find(k)].add(own);
   }
   for (size_t e : inner) {
-    const int a = root_of(parent, place[scene.graph.edges[e].a]), b = root_of(parent, place[scene.graph.edges[e].b]);
+    const int a = sets.find(place[scene.graph.edges[e].a]), b = sets.find(place[scene.graph.edges[e].b]);
     const double near = scene.graph.edge_nearness[e], agreed = near * scene.agreement[e];
     sums[a].volume += agreed;
     sums[b].volume += agreed;
@@ -104,7 +100,7 @@ std::vector<int> split_things(const SeparateTouchingOptions& options, const Soli
     const Tie tie = open.top();
     open.pop();
     int a = tie.a, b = tie.b;
-    if (parent[a] != a || parent[b] != b) continue;
+    if (sets.find(a) != a || sets.find(b) != b) continue;
     if (strength(a, b) < tie.strength) {
       offer(a, b);
       continue;
@@ -112,7 +108,7 @@ std::vector<int> split_things(const SeparateTouchingOptions& options, const Soli
     const bool both_stand = sums[a].feet >= kFewestFeet && sums[b].feet >= kFewestFeet;
     if (both_stand && distinct(options, sums[a], sums[b], ties[a].at(b))) continue;
     if (ties[a].size() < ties[b].size()) std::swap(a, b);
-    parent[b] = a;
+    sets.join_into(a, b);
     sums[a].add(sums[b]);
     ties[a].erase(b);
     for (const auto& [c, border] : ties[b]) {
@@ -130,7 +126,7 @@ std::vector<int> split_things(const SeparateTouchingOptions& options, const Soli
   std::vector<int> group(n), number(n, -1);
   int count = 0;
   for (int k = 0; k < n; ++k) {
-    int& id = number[root_of(parent, k)];
+    int& id = number[sets.find(k)];
     if (id < 0) id = count++;
     group[k] = id;
   }

@@ -22,9 +22,7 @@ bool finite(const GaussianCloud& cloud, size_t p) {
   return good;
 }
 
-Vec3f rgb_of(const GaussianCloud& cloud, size_t p) {
-  return (Vec3f::Constant(0.5f) + kSh0 * Eigen::Map<const Vec3f>(cloud.sh_of(p))).cwiseMax(0.0f).cwiseMin(1.0f);
-}
+Vec3f rgb_of(const GaussianCloud& cloud, size_t p) { return dc_color(cloud.sh_of(p)).cwiseMax(0.0f).cwiseMin(1.0f); }
 
 /// Axis of least spread of every point's neighbours, weighted by opacity.
 std::vector<Vec3f> surface_normals(const GaussianCloud& cloud, int neighbours) {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
 #include "segmentation/graph/color_model.h"
@@ -19,25 +19,21 @@ struct PixelEdge {
 /// Union of pixels into segments, with the size of each and its largest inner difference.
 class Segments {
  public:
-  explicit Segments(size_t pixels) : parent_(pixels), size_(pixels, 1), inner_(pixels, 0.0f) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  int root(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
+  explicit Segments(size_t pixels) : sets_(pixels), size_(pixels, 1), inner_(pixels, 0.0f) {}
+  int root(int i) { return sets_.find(i); }
   int size(int root) const { return size_[root]; }
   /// Largest difference at which a segment still joins others.
   float tolerance(int root, float scale) const { return inner_[root] + scale / static_cast<float>(size_[root]); }
   void join(int a, int b, float weight) {
     if (size_[a] < size_[b]) std::swap(a, b);
-    parent_[b] = a;
+    sets_.join_into(a, b);
     size_[a] += size_[b];
     inner_[a] = std::max({inner_[a], inner_[b], weight});
   }
 
  private:
-  std::vector<int> parent_, size_;
+  DisjointSets sets_;
+  std::vector<int> size_;
   std::vector<float> inner_;
 };
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
 
@@ -29,21 +29,17 @@ Graph neighbour_graph(const std::vector<Vec3f>& points, int k) {
 /// Root of every Gaussian's part: parts are connected neighbours with the same label.
 std::vector<int> connected_parts(const IslandOptions& options, const std::vector<Vec3f>& points, const Graph& graph,
                                  const std::vector<uint32_t>& label) {
-  std::vector<int> parent(points.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets parts(points.size());
   for (int i = 0; i < static_cast<int>(points.size()); ++i)
     for (int j = 0; j < graph.k; ++j) {
       const int n = graph.near[static_cast<size_t>(i) * graph.k + j];
       if (n < 0 || n == i || label[n] != label[i]) continue;
       if ((points[n] - points[i]).norm() <= options.link * std::max(graph.spacing[i], graph.spacing[n]))
-        parent[root(i)] = root(n);
+        parts.join_into(n, i);
     }
-  for (int i = 0; i < static_cast<int>(points.size()); ++i) parent[i] = root(i);
-  return parent;
+  std::vector<int> root(points.size());
+  for (size_t i = 0; i < root.size(); ++i) root[i] = parts.find(static_cast<int>(i));
+  return root;
 }
 
 }  // namespace

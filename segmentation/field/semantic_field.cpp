@@ -117,8 +117,6 @@ class Fit {
         view.cached = summary.cached_bytes + view.weights.bytes() <= options_.memory_bytes;
         if (view.cached) {
           summary.cached_bytes += view.weights.bytes();
-          summary.entries += view.weights.weight.size();
-          ++summary.cached_views;
         } else {
           view.weights = {};
         }

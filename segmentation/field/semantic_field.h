@@ -37,8 +37,8 @@ struct SemanticOptions {
 };
 
 struct SemanticSummary {
-  int views = 0, cached_views = 0;
-  size_t entries = 0, cached_bytes = 0;    ///< of the cached blend weights
+  int views = 0;
+  size_t cached_bytes = 0;                 ///< of blend weights in memory
   size_t unseen = 0;                       ///< Gaussians that took their neighbours' label
   double unlabelled = 0;                   ///< share of what the views show, by opacity, on pixels without an id
   double screen_variance = 0;              ///< of the low-pass filter (px^2)

@@ -113,7 +113,6 @@ ContactRegion contact_region(std::span<const Vec3f> object, std::span<const Vec3
   region.found = true;
   region.normal = plane.normal;
   region.thickness = plane.rms;
-  region.plane_points = plane.inliers.size();
   region.plane_share = static_cast<float>(plane.inliers.size()) / static_cast<float>(nearby.size());
   region.point = centre + up * (plane.normal.dot(plane.point - centre) / plane.normal.dot(up));
 

@@ -14,7 +14,6 @@ struct ContactRegion {
   Vec3f normal = Vec3f::UnitZ();      ///< unit, towards the object
   float thickness = 0;                ///< root mean square distance of the plane's points from it
   float band_low = 0, band_high = 0;  ///< heights above the plane between which the object touches it
-  size_t plane_points = 0;            ///< Gaussians of the support that lie on the plane
   float plane_share = 0;  ///< of those looked at, near the object's lower end; some 5 % of a cloud without any plane
   size_t touching = 0;    ///< Gaussians of the object inside the band
   float size = 0;         ///< the larger of the object's height and the radius of its base

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <queue>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
@@ -16,10 +17,7 @@ namespace {
 
 constexpr size_t kOutsideSamples = 3000;
 
-Vec3f rgb_of(const GaussianCloud& cloud, size_t p) {
-  const Eigen::Map<const Vec3f> dc(cloud.sh_of(p));
-  return (Vec3f::Constant(0.5f) + kSh0 * dc).cwiseMax(0.0f).cwiseMin(1.0f);
-}
+Vec3f rgb_of(const GaussianCloud& cloud, size_t p) { return dc_color(cloud.sh_of(p)).cwiseMax(0.0f).cwiseMin(1.0f); }
 
 }  // namespace
 
@@ -160,28 +158,24 @@ void cut_graph(const GraphCutOptions& options, const GaussianGraph& graph, std::
 std::vector<int> connected_parts(const GaussianGraph& graph, const std::vector<uint8_t>& label, float link,
                                  bool nearness) {
   const size_t n = graph.nodes.size();
-  std::vector<int> parent(n), part(n, -1);
-  std::iota(parent.begin(), parent.end(), 0);
-  auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets sets(n);
+  std::vector<int> part(n, -1);
   for (size_t k = 0; k < graph.edges.size(); ++k) {
     const CutEdge& e = graph.edges[k];
     const float tie = nearness ? graph.edge_nearness[k] : e.weight;
-    if (label[e.a] && label[e.b] && tie > link) parent[root(e.a)] = root(e.b);
+    if (label[e.a] && label[e.b] && tie > link) sets.join_into(e.b, e.a);
   }
   std::vector<double> mass(n, 0);
   std::vector<int> roots;
   for (size_t i = 0; i < n; ++i)
-    if (label[i]) mass[root(static_cast<int>(i))] += graph.opacity[i];
+    if (label[i]) mass[sets.find(static_cast<int>(i))] += graph.opacity[i];
   for (size_t i = 0; i < n; ++i)
-    if (label[i] && root(static_cast<int>(i)) == static_cast<int>(i)) roots.push_back(static_cast<int>(i));
+    if (label[i] && sets.find(static_cast<int>(i)) == static_cast<int>(i)) roots.push_back(static_cast<int>(i));
   std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) { return mass[a] > mass[b]; });
   std::vector<int> number(n, -1);
   for (size_t k = 0; k < roots.size(); ++k) number[roots[k]] = static_cast<int>(k);
   for (size_t i = 0; i < n; ++i)
-    if (label[i]) part[i] = number[root(static_cast<int>(i))];
+    if (label[i]) part[i] = number[sets.find(static_cast<int>(i))];
   return part;
 }
 

@@ -1,20 +1,15 @@
 #include "segmentation/labelling/label_photo.h"
 
 #include <algorithm>
-#include <cctype>
 #include <sstream>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/edit_distance.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/text.h"
 
 namespace pliant {
 namespace {
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 /// Words in lower case, without the s of a plural.
 std::vector<std::string> words_of(const std::string& text) {

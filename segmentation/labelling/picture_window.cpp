@@ -5,15 +5,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/vision/as_mat.h"
 
 namespace pliant {
-namespace {
-
-cv::Mat as_mat(const ImageF& image) {
-  return cv::Mat(image.height, image.width, CV_32FC(image.channels), const_cast<float*>(image.data.data()));
-}
-
-}  // namespace
 
 PictureWindow::PictureWindow(int picture_width, int picture_height, const MaskPrompt::Box& area, int longest) {
   CHECK(picture_width > 0 && picture_height > 0 && longest > 0);

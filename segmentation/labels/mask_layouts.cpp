@@ -15,6 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr size_t kFewestIds = 3;  // small values by which masks with IDs are told from binary ones
+
 /// One binary picture: what it shows and in which camera.
 struct BinaryMask {
   std::string label;
@@ -90,11 +92,38 @@ std::vector<BinaryMask> find_masks(const fs::path& folder, const std::vector<Cam
   return masks;
 }
 
-/// Pixels above half of the picture's largest value.
-ImageU8 read_binary(const fs::path& file, const Camera& camera, bool any_size) {
+/// The largest value in the pictures of each label.  Throws where together they hold values like those of IDs.
+std::map<std::string, float> largest_values(const fs::path& folder, const std::vector<BinaryMask>& masks) {
+  std::map<std::string, float> largest;
+  std::set<float> values;
+  float brightest = 0;
+  for (const BinaryMask& mask : masks) {
+    float& of_label = largest[mask.label];
+    if (of_label >= 1) continue;  // no picture has more
+    const ImageF picture = read_image(mask.file);
+    const bool may_hold_ids = !is_jpeg_file(mask.file);
+    float last = 0;
+    for (const float value : picture.data) {
+      if (may_hold_ids && value != last && value > 0 && values.size() < kFewestIds) values.insert(value);
+      last = value;
+      of_label = std::max(of_label, value);
+    }
+    brightest = std::max(brightest, of_label);
+  }
+  if (values.size() >= kFewestIds && brightest < 0.5f)
+    throw input_error(folder.string(), "",
+                      "has masks in folders that hold " + std::to_string(kFewestIds) +
+                          " or more small values, as ID masks do, where black and white is expected",
+                      "put ID masks into one folder, or into folders like those of the photos, and name them like "
+                      "the photos; make binary masks white on black");
+  return largest;
+}
+
+/// Pixels above half of `largest`, the largest value in all pictures of the label: one that does not show the object
+/// may hold weak traces of it.
+ImageU8 read_binary(const fs::path& file, float largest, const Camera& camera, bool any_size) {
   const ImageF picture = read_image(file);
   check_mask_size(file, picture.width, picture.height, camera, any_size);
-  const float largest = *std::max_element(picture.data.begin(), picture.data.end());
   ImageU8 inside(picture.width, picture.height, 1);
   size_t between = 0;
   for (size_t i = 0; i < inside.data.size() && largest > 0; ++i) {
@@ -109,13 +138,20 @@ ImageU8 read_binary(const fs::path& file, const Camera& camera, bool any_size) {
   return inside;
 }
 
-std::map<std::string, uint32_t> ids_of_labels(const std::vector<BinaryMask>& masks) {
+/// Numbers the labels, and names the ids unless the labels are ids themselves.
+std::map<std::string, uint32_t> ids_of_labels(const std::vector<BinaryMask>& masks,
+                                              std::map<uint32_t, std::string>& names) {
   std::map<std::string, uint32_t> ids;
   for (const BinaryMask& mask : masks) ids[mask.label] = 0;
-  const bool numbers =
-      std::all_of(ids.begin(), ids.end(), [](const auto& entry) { return whole_number(entry.first).value_or(0) > 0; });
+  const bool are_ids = std::all_of(ids.begin(), ids.end(), [](const auto& entry) {
+    const uint32_t number = whole_number(entry.first).value_or(0);
+    return number > 0 && number <= kLargestId;
+  });
   uint32_t next = 1;
-  for (auto& [label, id] : ids) id = numbers ? *whole_number(label) : next++;
+  for (auto& [label, id] : ids) {
+    id = are_ids ? *whole_number(label) : next++;
+    if (!are_ids) names[id] = label;
+  }
   return ids;
 }
 
@@ -143,9 +179,10 @@ void check_mask_size(const fs::path& file, int width, int height, const Camera& 
 
 BinaryMasks load_binary_masks(const fs::path& folder, const std::vector<Camera>& cameras, const FitMask& fit) {
   const std::vector<BinaryMask> found = find_masks(folder, cameras);
-  const std::map<std::string, uint32_t> ids = ids_of_labels(found);
+  const std::map<std::string, float> largest = largest_values(folder, found);
   BinaryMasks read;
   MaskSet& masks = read.masks;
+  const std::map<std::string, uint32_t> ids = ids_of_labels(found, masks.names);
   for (size_t c = 0; c < cameras.size(); ++c) {
     struct Layer {
       uint32_t id;
@@ -156,7 +193,7 @@ BinaryMasks load_binary_masks(const fs::path& folder, const std::vector<Camera>&
     std::set<uint32_t> shown;
     for (const BinaryMask& mask : found) {
       if (mask.camera != static_cast<int>(c)) continue;
-      ImageU8 inside = read_binary(mask.file, cameras[c], fit != nullptr);
+      ImageU8 inside = read_binary(mask.file, largest.at(mask.label), cameras[c], fit != nullptr);
       if (!layers.empty() && (inside.width != layers[0].inside.width || inside.height != layers[0].inside.height))
         throw input_error(mask.file.string(), "",
                           "is " + std::to_string(inside.width) + "x" + std::to_string(inside.height) +
@@ -176,8 +213,6 @@ BinaryMasks load_binary_masks(const fs::path& folder, const std::vector<Camera>&
         if (layer.inside.data[i]) picture.data[i] = layer.id;
     masks.views.push_back({static_cast<int>(c), fit ? fit(picture, static_cast<int>(c)) : std::move(picture)});
   }
-  for (const auto& [label, id] : ids)
-    if (!whole_number(label)) masks.names[id] = label;
   return read;
 }
 

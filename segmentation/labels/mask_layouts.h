@@ -20,10 +20,11 @@ struct BinaryMasks {
 ///                          numbered: the k-th of those cameras, by name, whose photo is not in images_train/ beside
 ///                          the masks;
 ///   <label>/<camera>.png   one folder for each object.
-/// A pixel belongs to an object above half of the picture's largest value; where objects overlap the smaller one wins.
-/// Labels that are all whole numbers are the ids, else labels are numbered from 1 in alphabetical order.  Pixels of no
-/// object are 0.  Empty when the folder has neither layout.  Sizes and `fit` as for load_masks; all pictures of a
-/// camera have one size.
+/// A pixel belongs to an object above half of the largest value in all pictures of its label; where objects overlap the
+/// smaller one wins.  Labels that are all ids (whole numbers up to kLargestId) are these, else they are names, numbered
+/// from 1 in alphabetical order.  Pixels of no object are 0.  Empty when the folder has neither layout.  Sizes and
+/// `fit` as for load_masks; all pictures of a camera have one size.  Pictures that together hold three or more values,
+/// all below half of white, are an Error{kInput}: they are masks with ids.
 BinaryMasks load_binary_masks(const std::filesystem::path& folder, const std::vector<Camera>& cameras,
                               const FitMask& fit = {});
 

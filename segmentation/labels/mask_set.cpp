@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
@@ -89,11 +90,53 @@ uint32_t label_background(MaskSet& masks) {
 
 namespace {
 
-/// The id picture of a camera, empty when there is none.
-fs::path id_picture(const fs::path& folder, const Camera& camera) {
-  for (const std::string& name : {camera.name, fs::path(camera.photo).filename().string()})
+/// A picture in `folder` that has one of the names; empty when there is none.
+fs::path picture_named(const fs::path& folder, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
     if (!name.empty() && fs::is_regular_file(folder / (name + ".png"))) return folder / (name + ".png");
   return {};
+}
+
+/// The id picture of a camera in the last folders of its photo, the longest path that there is: of
+/// images/cam1/0001.jpg in cam1/.  Empty when there is none but the photo itself.
+fs::path mirrored_picture(const fs::path& folder, const Camera& camera) {
+  const fs::path photo = camera.photo;
+  if (photo.empty()) return {};
+  std::error_code ignored;
+  fs::path inner = fs::absolute(photo).lexically_normal().parent_path().relative_path();
+  while (!inner.empty()) {
+    const fs::path file = picture_named(folder / inner, {photo.stem().string(), photo.filename().string()});
+    if (!file.empty() && !fs::equivalent(file, photo, ignored)) return file;
+    fs::path shorter;
+    for (auto part = std::next(inner.begin()); part != inner.end(); ++part) shorter /= *part;
+    inner = shorter;
+  }
+  return {};
+}
+
+/// The id pictures of the cameras, empty where there is none: named like a camera or its photo.
+std::vector<fs::path> id_pictures(const fs::path& folder, const std::vector<Camera>& cameras) {
+  std::vector<fs::path> files;
+  std::set<fs::path> inner;  // folders like those of the photos
+  for (const Camera& camera : cameras) {
+    files.push_back(picture_named(folder, {camera.name, fs::path(camera.photo).filename().string()}));
+    if (!files.back().empty()) continue;
+    files.back() = mirrored_picture(folder, camera);
+    if (!files.back().empty()) inner.insert(files.back().parent_path());
+  }
+  // A single folder of white pictures may be that of an object.
+  std::error_code ignored;
+  if (inner.size() != 1 || !fs::equivalent(inner.begin()->parent_path(), folder, ignored)) return files;
+  uint32_t largest = 0;
+  for (const fs::path& file : files)
+    if (file.parent_path() == *inner.begin()) {
+      const IdImage ids = read_ids(file);
+      if (!ids.empty()) largest = std::max(largest, *std::max_element(ids.data.begin(), ids.data.end()));
+    }
+  if (largest == 0xff || largest == 0xffff || largest == kLargestId)
+    for (fs::path& file : files)
+      if (file.parent_path() == *inner.begin()) file.clear();
+  return files;
 }
 
 /// Names from `labels`.  Where folders name the objects, ids are numbered here, and a file elsewhere names other ones.
@@ -135,9 +178,10 @@ MaskSet load_masks(const fs::path& folder, const fs::path& labels, const std::ve
   MaskSet masks;
   std::set<uint32_t> found;
   std::vector<std::string> missing;
+  const std::vector<fs::path> files = id_pictures(folder, cameras);
   for (size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
-    const fs::path file = id_picture(folder, camera);
+    const fs::path& file = files[c];
     if (file.empty()) {
       missing.push_back(camera.name);
       continue;

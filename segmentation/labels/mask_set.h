@@ -29,12 +29,14 @@ struct MaskSet {
 /// The ids of a camera from a picture of its shape but any size.
 using FitMask = std::function<IdImage(const IdImage& ids, int camera)>;
 
-/// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), else binary
-/// pictures in folders (mask_layouts.h).  Cameras without a mask are warned about; no mask at all, an unreadable
-/// picture, one of another size or with as many ids as a photo has colours is an Error{kInput}.  `labels`: JSON object
-/// id -> name, may be empty; where folders name the objects, only a file among them is read.  Binary pictures also
-/// show what is no object: where a camera has one of every object, other pixels become the background.  With `fit`,
-/// pictures may have any size of their camera's shape, and become what it returns as soon as they are read.
+/// Reads id pictures named like the cameras (`<camera>.png`, or the photo's name with .png behind it), also in folders
+/// like those of the photos (`cam1/0001.png` of `images/cam1/0001.jpg`), else binary pictures in folders
+/// (mask_layouts.h): white pictures in a single folder are those of one object.  Cameras without a mask are warned
+/// about; no mask at all, an unreadable picture, one of another size or with as many ids as a photo has colours is an
+/// Error{kInput}.  `labels`: JSON object id -> name, may be empty; where folders name the objects, only a file among
+/// them is read.  Binary pictures also show what is no object: where a camera has one of every object, other pixels
+/// become the background.  With `fit`, pictures may have any size of their camera's shape, and become what it returns
+/// as soon as they are read.
 MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                    const std::vector<Camera>& cameras, const FitMask& fit = {});
 

@@ -7,6 +7,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/random.h"
+#include "gaussians/io/files/text.h"
 
 namespace pliant {
 namespace {
@@ -20,8 +21,8 @@ struct Axis {
 
 std::vector<Axis> axes_of(const std::string& shape) {
   std::vector<Axis> axes;
-  std::istringstream words(shape);
-  for (std::string word; std::getline(words, word, ',');) {
+  if (shape.empty()) return axes;
+  for (const std::string& word : split(shape, ',')) {
     Axis axis;
     if (word == "*") axis.any = true;
     char* end = nullptr;

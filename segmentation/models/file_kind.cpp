@@ -1,8 +1,9 @@
 #include "segmentation/models/file_kind.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdint>
+
+#include "gaussians/io/files/text.h"
 
 namespace pliant {
 namespace {
@@ -41,13 +42,6 @@ constexpr Signature kSignatures[] = {
     {257, "ustar", "a tar archive"},
 };
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
-}
-
 /// safetensors: the length of a JSON object in eight bytes, then that.
 bool is_safetensors(std::string_view bytes) {
   if (bytes.size() < 10) return false;
@@ -71,7 +65,7 @@ std::string kind_of_file(std::string_view bytes) {
   });
   if (!text) return "";
   const size_t first = std::min(head.find_first_not_of(" \t\r\n"), head.size());
-  const std::string begin = lower(head.substr(first, 14));
+  const std::string begin = lower_case(head.substr(first, 14));
   if (begin.starts_with("<!doctype html") || begin.starts_with("<html")) return "a web page";
   if (begin.starts_with("{") || begin.starts_with("[{")) return "a text file (JSON)";
   return "a text";

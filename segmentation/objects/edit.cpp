@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/text.h"
 #include "gaussians/io/files/utf8.h"
 #include "segmentation/labels/object_names.h"
 #include "segmentation/objects/relabel.h"
@@ -179,13 +180,9 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
         throw refuse("is a name with a comma or an unprintable character", "leave it out");
     return edit;
   }
-  size_t begin = 0;
-  while (begin <= text.size()) {
-    const size_t end = kind == Kind::kMerge ? std::min(text.find(',', begin), text.size()) : text.size();
-    edit.objects.push_back(text.substr(begin, end - begin));
-    if (edit.objects.back().empty()) throw refuse("has an empty entry", "give ids or names");
-    begin = end + 1;
-  }
+  edit.objects = kind == Kind::kMerge ? split(text, ',') : std::vector<std::string>{text};
+  for (const std::string& object : edit.objects)
+    if (object.empty()) throw refuse("has an empty entry", "give ids or names");
   if (kind == Kind::kMerge && edit.objects.size() < 2)
     throw refuse("is one object", "give two or more, for example 3,7");
   return edit;

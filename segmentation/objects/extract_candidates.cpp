@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/quantile.h"
 #include "segmentation/objects/extract_steps.h"
@@ -51,21 +51,17 @@ std::vector<int> parts_of(const GaussianCloud& cloud, const std::vector<int>& me
   constexpr int kNeighbours = 10;
   const std::vector<Vec3f> points = positions(cloud, members);
   const std::vector<int> near = neighbours_of(points, kNeighbours);
-  std::vector<int> parent(points.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets parts(points.size());
   for (int i = 0; i < static_cast<int>(points.size()); ++i)
     for (int j = 0; j < kNeighbours; ++j) {
       const int n = near[static_cast<size_t>(i) * kNeighbours + j];
       if (n < 0) continue;
       if ((points[n] - points[i]).norm() <= touching_distance(cloud, members[i], members[n], link))
-        parent[root(i)] = root(n);
+        parts.join_into(n, i);
     }
-  for (int i = 0; i < static_cast<int>(points.size()); ++i) parent[i] = root(i);
-  return parent;
+  std::vector<int> root(points.size());
+  for (size_t i = 0; i < root.size(); ++i) root[i] = parts.find(static_cast<int>(i));
+  return root;
 }
 
 float mark_outliers(const GaussianCloud& cloud, const std::vector<int>& members, int k, float sigma,

@@ -74,7 +74,11 @@ void first_guess(Level& level, const std::vector<Offset>& offsets) {
       for (int k = 0; k < 3; ++k)
         bytes.at<cv::Vec3b>(y, x)[k] = cv::saturate_cast<uint8_t>(255 * level.picture(x, y, k));
     }
+  // OpenCV reads the second line of a picture in the place of the outermost one, though it may be unknown.
+  cv::copyMakeBorder(bytes, bytes, 1, 1, 1, 1, cv::BORDER_REPLICATE);
+  cv::copyMakeBorder(mask, mask, 1, 1, 1, 1, cv::BORDER_REPLICATE);
   cv::inpaint(bytes, mask, filled, 3, cv::INPAINT_TELEA);
+  filled = filled(cv::Rect(1, 1, level.width(), level.height()));
   const ImageF original = level.picture;
   for (int y = 0; y < level.height(); ++y)
     for (int x = 0; x < level.width(); ++x) {

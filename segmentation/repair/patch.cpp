@@ -23,7 +23,7 @@ void add_disc(GaussianCloud& cloud, const Vec3f& x, const Vec4f& rotation, float
   const float sigma = 0.65f * size;
   cloud.log_scale[i] = Vec3f(std::log(sigma), std::log(sigma), std::log(std::min(thickness, 0.5f * sigma)));
   cloud.opacity_logit[i] = logit(opacity);
-  for (int k = 0; k < 3; ++k) cloud.sh_of(i)[k] = (std::clamp(color[k], 0.0f, 1.0f) - 0.5f) / kSh0;
+  for (int k = 0; k < 3; ++k) cloud.sh_of(i)[k] = sh_of_color(std::clamp(color[k], 0.0f, 1.0f));
 }
 
 /// Opacity and thickness for new discs from the Gaussians around them.

@@ -18,7 +18,7 @@ GaussianCloud flat_colored(const GaussianCloud& cloud, const std::vector<int>& m
   std::vector<float> dc(out.size() * 3);
   for (size_t i = 0; i < out.size(); ++i) {
     const Vec3f color = sh_color<float>(out.sh_degree, out.sh_of(i), (out.position[i] - eye).normalized());
-    for (int k = 0; k < 3; ++k) dc[3 * i + k] = (color[k] - 0.5f) / kSh0;
+    for (int k = 0; k < 3; ++k) dc[3 * i + k] = sh_of_color(color[k]);
   }
   out.sh = std::move(dc);
   out.sh_degree = 0;

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/text.h"
 
 namespace pliant {
 namespace {
@@ -19,14 +20,11 @@ struct Words {
   std::vector<std::string> words;
 
   Words(std::string option_name, const std::string& value, std::string what, const std::vector<Camera>& scene_cameras)
-      : option(std::move(option_name)), text(value), form(std::move(what)), cameras(scene_cameras) {
-    size_t begin = 0;
-    while (begin <= text.size()) {
-      const size_t end = std::min(text.find(',', begin), text.size());
-      words.push_back(text.substr(begin, end - begin));
-      begin = end + 1;
-    }
-  }
+      : option(std::move(option_name)),
+        text(value),
+        form(std::move(what)),
+        cameras(scene_cameras),
+        words(split(text, ',')) {}
 
   Error wrong(const std::string& problem, const std::string& remedy) const {
     return usage_error(option, "", "'" + text + "' " + problem, remedy);

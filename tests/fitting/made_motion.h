@@ -7,6 +7,7 @@
 #include "fitting/objective/track_loss.h"
 #include "gaussians/base/random.h"
 #include "gaussians/render/bind.h"
+#include "tests/gaussians/cloud_cast.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant::fixture {

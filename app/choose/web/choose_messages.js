@@ -51,7 +51,7 @@ socket.onmessage = ({data: text}) => {
 };
 function sayGone() {
   element('selection').textContent = '';
-  fail('The program has ended, or another page has taken its place. Start it again, then reload.');
+  fail('The connection to the program has ended. Reload this page. If it does not load, start pliant view again.');
 }
 socket.onclose = sayGone;
 element('find').onclick = () => send({find: true});

@@ -127,6 +127,9 @@ StudyList read_study(const fs::path& file) {
     });
   if (study.questions.empty() && study.ratings.empty())
     throw top.complaint("questions", "and ratings are empty", "ask something");
+  if (study.questions.empty() && !study.checks.empty())
+    throw top.complaint("checks", "are only shown with questions, which are empty",
+                        "ask a question, or leave them out");
   study.id = sha256_of_text(whole.dump() + reader.hashes()).substr(0, 16);
   return study;
 }

@@ -31,7 +31,8 @@ struct StudyCheck {
 /// study.json: title, introduction, seed, ours, scenes [{name, clips {METHOD: FILE}, reference}], questions
 /// [{name, text}], ratings [{name, text, lowest, highest, lowest_means, highest_means}], checks [{good, broken}].
 /// Without questions, those of PhysDreamer's study are asked (Zhang et al. 2024); without ratings, one for the quality
-/// of each clip, as in Sim Anything's (Zhao et al. 2024); an empty list asks none.  Files are relative to the list.
+/// of each clip, as in Sim Anything's (Zhao et al. 2024); an empty list asks none.  Checks are asked the questions, and
+/// are refused without any.  Files are relative to the list.
 struct StudyList {
   std::string title, introduction, ours;
   int seed = 1;

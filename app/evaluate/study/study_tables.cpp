@@ -19,7 +19,7 @@ std::string percent_text(const json& value, const json& low, const json& high) {
 }  // namespace
 
 std::vector<TextTable> study_tables(const json& statistics) {
-  const std::string ours = statistics["ours"], level = fmt::format("{:.0f} %", 100 * statistics["level"].get<double>());
+  const std::string ours = statistics["ours"], level = number_text(100 * statistics["level"].get<double>(), 6) + " %";
   TextTable people{"Participants", {"", "number"}, {}};
   people.rows = {{"all", statistics["participants"].dump()},
                  {"left out, chose broken clips", statistics["excluded"].dump()},

@@ -88,9 +88,12 @@ PLIANT_EXPORT(solver_hold)(const double* numbers)->void {
   page().held.push_back(interaction_of({numbers, kInteractionNumbers}));
 }
 
-/// Begins at these positions [N, 3], velocities [N, 3] and deformation gradients [N, 9] (rows).
-PLIANT_EXPORT(solver_start)(const float* x, const float* v, const float* F)->void {
+/// Begins at these positions [N, 3], velocities [N, 3] and deformation gradients [N, 9] (rows).  `held_as_captured`: a
+/// pin held the body as it was captured, 1 or 0; -1 = where one is among the interactions from the start on.  Returns
+/// which.
+PLIANT_EXPORT(solver_start)(int held_as_captured, const float* x, const float* v, const float* F)->int {
   Page& p = page();
+  if (held_as_captured >= 0) p.options.held_as_captured = held_as_captured != 0;
   p.start = initial_state(p.particles);
   for (size_t i = 0; i < p.start.size(); ++i) {
     p.start.x[i] = Vec3f(x + 3 * i);
@@ -100,6 +103,7 @@ PLIANT_EXPORT(solver_start)(const float* x, const float* v, const float* F)->voi
   p.options.max_substeps = most_substeps(p.options, p.particles, 1, kMostSubsteps);
   p.session = std::make_unique<Session>(p.options, p.particles, p.held, p.start);
   p.gradients.resize(9 * p.start.size());
+  return p.session->held_as_captured() ? 1 : 0;
 }
 
 PLIANT_EXPORT(solver_begin)(const double* numbers)->int {

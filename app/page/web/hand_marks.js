@@ -24,7 +24,8 @@ export class HandMarks {
     this.physics = physics;
     this.overlay = overlay;
     this.touched = {hand: null, drivers: []};
-    this.pins = new Map();  // numbers of pins -> drivers
+    this.pins = new Map();  // numbers of pins of a session -> drivers
+    this.session = 0;       // of LiveMotion
   }
 
   refresh() {
@@ -94,13 +95,11 @@ export class HandMarks {
   }
 
   #showPins(view, marks) {
-    const {live: {body, now}, hand} = this.physics;
+    const {live: {body, now, session}, hand} = this.physics;
+    if (this.session !== session) this.pins.clear();
+    this.session = session;
     for (const pin of hand.pins) {
-      if (!this.pins.has(pin.number) || this.pinsOf !== body) {
-        if (this.pinsOf !== body) this.pins.clear();
-        this.pinsOf = body;
-        this.pins.set(pin.number, driversIn(pin, body));
-      }
+      if (!this.pins.has(pin.number)) this.pins.set(pin.number, driversIn(pin, body));
       const centre = centreOf(this.pins.get(pin.number), now.positions, body.material.mass);
       if (!centre) continue;
       const at = project(view, centre), radius = pin.region === kRegion.sphere ? pin.radius / body.metres : 0;

@@ -213,9 +213,12 @@ export class LiveMotion {
     }
     for (const [number] of answer.refused ?? []) this.acting.delete(number);
     if (answer.failed) {
-      // The solver does not know yet that what was begun since then is over.
-      this.queue = this.script ? [] : [...this.acting.keys()].filter((number) => number >= this.held.length)
-          .map((number) => ['end', number]);
+      this.queue = this.queue.filter(([name, number]) => name === 'end' && number < this.held.length);
+      if (!this.script) {
+        // The solver does not know yet that what was begun since then, and the settings sent since then, are over.
+        const begun = [...this.acting.keys()].filter((number) => number >= this.held.length);
+        this.queue.push(...begun.map((number) => ['end', number]), this.#command(this.defaults));
+      }
       this.#drop();
       this.settings = {...this.defaults};
     }

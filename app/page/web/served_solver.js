@@ -2,7 +2,7 @@
 
 import {ClipError} from './container.js';
 
-const kAdvice = 'Start pliant view again, and open the address that it prints.';
+const kAdvice = 'Reload this page. If it does not load, start pliant view again, and open the address that it prints.';
 const kHeader = 32;  // bytes
 const kMessage = 60000;  // characters of a message, at most
 const kSigned = 32767, kUnsigned = 65535;
@@ -35,26 +35,35 @@ export function readState(buffer) {
 export class ServedSolver {
   /** A connected solver.  Throws where the server does not answer. */
   static connect(address) {
+    const solver = new ServedSolver(address);
     return new Promise((resolve, reject) => {
-      const socket = new WebSocket(address);
-      socket.binaryType = 'arraybuffer';
-      socket.onopen = () => resolve(new ServedSolver(socket));
-      socket.onerror = () => reject(new ClipError('The server does not answer.', kAdvice));
+      solver.socket.addEventListener('open', () => resolve(solver));
+      solver.socket.addEventListener('close', () => reject(new ClipError('The server does not answer.', kAdvice)));
     });
   }
 
-  constructor(socket) {
+  constructor(address) {
     this.onsaid = () => {};  // of what the server says by itself
-    this.socket = socket;
+    this.address = address;
     this.body = null;
     this.waiting = new Map();
     this.next = 0;
+    this.#open();
+  }
+
+  #open() {
+    const socket = this.socket = new WebSocket(this.address);
+    socket.binaryType = 'arraybuffer';
     socket.onmessage = ({data}) => this.#take(typeof data === 'string' ? JSON.parse(data) : readState(data));
-    socket.onerror = null;
     socket.onclose = () => {
-      for (const {reject} of this.waiting.values()) reject(new ClipError('The server has gone.', kAdvice));
-      this.waiting.clear();
+      if (socket === this.socket) this.#giveUp();
     };
+  }
+
+  /** What has been asked is not answered any more. */
+  #giveUp() {
+    for (const {reject} of this.waiting.values()) reject(new ClipError('The server has gone.', kAdvice));
+    this.waiting.clear();
   }
 
   get busy() {
@@ -66,9 +75,16 @@ export class ServedSolver {
     this.body = body;
   }
 
-  /** Promise of the answer to {start: {frame}} or {step: {commands, frames}}. */
+  /**
+   * Promise of the answer to {start: {frame}} or {step: {commands, frames}}.  A start, which needs nothing of the
+   * session before, connects again where the connection has ended.
+   */
   request({start, step}) {
     if (start) {
+      if (this.socket.readyState > WebSocket.OPEN) {
+        this.#giveUp();
+        this.#open();
+      }
       const {count: drivers, clusteredTo: clustered_to} = this.body;
       return this.#send({start: {drivers, clustered_to, frame: start.frame}});
     }
@@ -83,14 +99,15 @@ export class ServedSolver {
   }
 
   #send(message) {
-    const id = this.next++;
+    const id = this.next++, {socket} = this, text = JSON.stringify({id, ...message});
     return new Promise((resolve, reject) => {
-      if (this.socket.readyState !== WebSocket.OPEN) {
+      if (socket.readyState > WebSocket.OPEN) {
         reject(new ClipError('The server has gone.', kAdvice));
         return;
       }
       this.waiting.set(id, {resolve, reject});
-      this.socket.send(JSON.stringify({id, ...message}));
+      if (socket.readyState === WebSocket.OPEN) socket.send(text);
+      else socket.addEventListener('open', () => socket.send(text));
     });
   }
 

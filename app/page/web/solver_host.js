@@ -22,6 +22,7 @@ export function createSolverHost() {
   let good = null;         // {x, v, F} of the last frame
   let first = null;        // and of the start
   let held = new Map();    // number -> numbers, of what acts from the start and has not been ended
+  let heldAsCaptured = -1;  // whether a pin held the body as it was captured, 1 or 0; -1: the first instance finds out
   let active = new Map();  // number -> {number in the session, hold point}
 
   const view = (Type, at, length) => new Type(solver.memory.buffer, at, length);
@@ -91,7 +92,7 @@ export function createSolverHost() {
       call('solver_hold', [], [Float64Array.from(numbers)]);
       active.set(number, {inSession: active.size});
     }
-    call('solver_start', [], [good.x, good.v, good.F]);
+    heldAsCaptured = call('solver_start', [heldAsCaptured], [good.x, good.v, good.F]);
   }
 
   function keep() {
@@ -190,6 +191,7 @@ export function createSolverHost() {
     start: ({x, v, F, held: numbers}) => {
       first = good = {x, v, F};
       held = new Map(numbers.map((row, number) => [number, row]));
+      heldAsCaptured = -1;
       try {
         open();
       } catch (error) {

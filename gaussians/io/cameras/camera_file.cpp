@@ -9,6 +9,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/polar.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/photo.h"
 
 namespace fs = std::filesystem;
 
@@ -29,6 +30,15 @@ std::string safe_name(std::string name) {
   for (char& c : name)
     if (c == '/' || c == '\\') c = '_';
   return name[0] == '.' ? "_" + name : name;
+}
+
+/// Whether the camera's photo has its shape; swaps the sides of the stored picture where only the one turned by its
+/// EXIF orientation has it.
+bool turn_to_shape(const Camera& camera, int& width, int& height) {
+  if (same_shape(camera, width, height)) return true;
+  if (!same_shape(camera, height, width) || read_photo_head(camera.photo).orientation < 5) return false;
+  std::swap(width, height);
+  return true;
 }
 
 }  // namespace
@@ -60,6 +70,11 @@ std::string long_name_of_photo(const fs::path& photo) {
   std::string name = (path.parent_path() / name_of_photo(path)).generic_string();
   std::replace(name.begin(), name.end(), '/', '_');
   return name;
+}
+
+bool same_shape(const Camera& camera, int width, int height) {
+  const double skew = std::abs(1.0 * width * camera.height - 1.0 * height * camera.width);
+  return skew <= std::max({width, height, camera.width, camera.height});
 }
 
 bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height) {
@@ -156,26 +171,46 @@ void CameraCollector::make_names_unique() {
   }
 }
 
-/// Photos that were scaled after the camera file was written: the cameras follow the first photo.
+/// The cameras follow photos that were scaled after the camera file was written.  Who scaled them rounded their sizes
+/// up or down, so cameras of one size take that of the first photo among them.
 void CameraCollector::match_size_of_photos() {
-  const auto with_photo = std::find_if(result_.cameras.begin(), result_.cameras.end(),
-                                       [](const Camera& camera) { return !camera.photo.empty(); });
-  if (with_photo == result_.cameras.end()) return;
+  using Size = std::pair<int, int>;
+  std::vector<Camera>& cameras = result_.cameras;
+  const auto with_photo =
+      std::find_if(cameras.begin(), cameras.end(), [](const Camera& camera) { return !camera.photo.empty(); });
+  if (with_photo == cameras.end()) return;
   const Camera first = *with_photo;
   int width = 0, height = 0;
-  if (!read_photo_size(first.photo, fit_, width, height) || (width == first.width && height == first.height)) return;
+  if (!read_photo_size(first.photo, fit_, width, height)) return;
+  const auto sizes = [](const Camera& camera, int w, int h) {
+    return std::to_string(w) + " x " + std::to_string(h) + " pixels but the camera says " +
+           std::to_string(camera.width) + " x " + std::to_string(camera.height);
+  };
+  if (!turn_to_shape(first, width, height))
+    throw input_error(first.photo, "", "has " + sizes(first, width, height),
+                      "use the photos that the cameras belong to");
+
+  std::map<Size, Size> size_of;  // of photos, by the size of their cameras
+  std::string warning;
+  const auto found = [&](const Camera& camera, int w, int h) {
+    size_of[{camera.width, camera.height}] = {w, h};
+    if (warning.empty() && (w != camera.width || h != camera.height))
+      warning = camera.photo + ": has " + sizes(camera, w, h) + "; the cameras are scaled to the photos";
+  };
+  found(first, width, height);
+  for (const Camera& camera : cameras) {
+    if (camera.photo.empty() || size_of.count({camera.width, camera.height})) continue;
+    const PhotoHead head = read_photo_head(camera.photo);
+    int w = head.width, h = head.height;
+    const bool known = (w > 0 && h > 0) || read_photo_size(camera.photo, PhotoFit::kView, w, h);
+    if (known && turn_to_shape(camera, w, h)) found(camera, w, h);
+  }
   const double scale = static_cast<double>(width) / first.width;
-  const std::string sizes = std::to_string(width) + " x " + std::to_string(height) + " pixels but the camera says " +
-                            std::to_string(first.width) + " x " + std::to_string(first.height);
-  if (std::abs(first.height * scale - height) > 1.0) {
-    throw input_error(first.photo, "", "has " + sizes, "use the photos that the cameras belong to");
+  for (Camera& camera : cameras) {
+    const auto known = size_of.find({camera.width, camera.height});
+    camera = known != size_of.end() ? camera.resized(known->second.first, known->second.second) : camera.scaled(scale);
   }
-  // Who scaled the photos rounded their sizes up or down, so those of the first one hold.
-  for (Camera& camera : result_.cameras) {
-    const bool alike = camera.width == first.width && camera.height == first.height;
-    camera = alike ? camera.resized(width, height) : camera.scaled(scale);
-  }
-  result_.warnings.push_back(first.photo + ": has " + sizes + "; the cameras are scaled to the photos");
+  if (!warning.empty()) result_.warnings.push_back(warning);
 }
 
 void CameraCollector::warn_of_distortion() {

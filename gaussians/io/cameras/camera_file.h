@@ -20,7 +20,7 @@ struct CameraFile {
 
 /// What reading does where photos are not pictures of a pinhole camera of their own size.
 enum class PhotoFit {
-  kFirstPhoto,  ///< all cameras follow the size of the first photo; lens distortion is warned about
+  kFirstPhoto,  ///< cameras of one size follow the size of the first photo among them; a lens is warned about
   kEachPhoto,   ///< nothing: the caller fits every camera to its photo and undoes the lens
   kView         ///< as kFirstPhoto, but none is needed: frames without a photo stay, and one that is no image is none
 };
@@ -38,8 +38,11 @@ std::string name_of_photo(const std::filesystem::path& photo);
 /// The same with its folders, joined by '_', where several photos have that name.
 std::string long_name_of_photo(const std::filesystem::path& photo);
 
-/// Size of a photo for files that do not tell it.  A photo that cannot be read is an Error{kInput}, or false when
-/// photos are judged one by one.
+/// Whether a picture has the shape of the camera, up to one pixel in a side of the smaller of the two.
+bool same_shape(const Camera& camera, int width, int height);
+
+/// Size of a photo as it is stored, for files that do not tell it.  A photo that cannot be read is an Error{kInput}, or
+/// false when photos are judged one by one.
 bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& height);
 
 /// Replaces a matrix that is nearly a rotation by the nearest one; false when it is none (error 1e-2, or a mirror).
@@ -61,7 +64,8 @@ class CameraCollector {
 
   /// Leaves out frames without a photo when at least one has one (unless kView), makes names unique, scales the cameras
   /// to photos of another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).
-  /// Throws Error{kInput} for two frames of one photo and for photos of another shape.
+  /// Where only the photo turned by its EXIF orientation has the shape of its camera, that is its size.  Throws
+  /// Error{kInput} for two frames of one photo and for a first photo of another shape.
   CameraFile finish(const std::string& format, bool sizes_are_of_photos = false);
 
  private:

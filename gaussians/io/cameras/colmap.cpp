@@ -25,8 +25,7 @@ void add_frame(const ColmapImage& image, const std::map<uint32_t, Camera>& camer
                       "the file is damaged");
   }
   Camera camera = found->second;
-  camera.cam_from_world.linear() = q.normalized().toRotationMatrix();
-  camera.cam_from_world.translation() = t;
+  camera.cam_from_world = image.cam_from_world();
   std::vector<fs::path> folders;
   for (const char* name : {"images", "", "images_2", "images_4", "images_8"})  // the last three: scaled photos alone
     for (const fs::path& at : {folder, folder / "..", folder / "../..", folder / "../../.."})

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -19,6 +19,14 @@ struct ColmapImage {
   double q[4], t[3];  ///< cam_from_world; q = w, x, y, z, not checked
   std::string photo;
   std::vector<Eigen::Vector2d> points;  ///< features in pixels, the centre of the first pixel at (0.5, 0.5)
+
+  /// Of q, scaled to length 1, and t; meaningless where q is zero or not finite.
+  Eigen::Isometry3d cam_from_world() const {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+    pose.translation() = Eigen::Vector3d(t[0], t[1], t[2]);
+    return pose;
+  }
 };
 
 /// Whether the folder holds the records as binary (".bin") or as text (".txt"); binary wins, "" = neither.

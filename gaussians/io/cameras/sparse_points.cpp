@@ -1,5 +1,6 @@
 #include "gaussians/io/cameras/sparse_points.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -32,6 +33,26 @@ void add_point(SparsePoints& points, const double* position, const double* color
   points.color.push_back((Eigen::Map<const Vec3d>(color).cast<float>() / 255).cwiseMax(0.0f).cwiseMin(1.0f));
 }
 
+/// Whether the path of a photo ends with the name that a model gives to it, whatever their suffixes.
+bool ends_with_name(const std::string& photo, const std::string& name) {
+  const auto without_suffix = [](std::string path) {
+    std::replace(path.begin(), path.end(), '\\', '/');
+    const fs::path normal = fs::path(path).lexically_normal();
+    return "/" + (normal.parent_path() / name_of_photo(normal)).generic_string();
+  };
+  const std::string whole = without_suffix(photo), end = without_suffix(name);
+  return whole.size() >= end.size() && whole.compare(whole.size() - end.size(), end.size(), end) == 0;
+}
+
+/// What turns rays of one camera into those of another that stands in the same place and looks the same way, as when
+/// photos were rotated in their plane.  The identity for other poses, which are other readings of the same photo.
+Eigen::Matrix3d turn_in_plane(const Camera& to, const Camera& from) {
+  const Eigen::Matrix3d turn = to.cam_from_world.linear() * from.cam_from_world.linear().transpose();
+  const double distance = (to.centre() - from.centre()).norm();
+  const bool same = turn(2, 2) > 1 - 1e-6 && distance <= 1e-4 * std::max(to.centre().norm(), from.centre().norm());
+  return same ? turn : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+}
+
 /// What the images of a COLMAP model say about the cameras that were passed.
 class ColmapTracks {
  public:
@@ -40,16 +61,32 @@ class ColmapTracks {
     std::unordered_map<std::string, int> by_name;
     for (size_t i = 0; i < cameras.size(); ++i) by_name[cameras[i].name] = static_cast<int>(i);
     const auto lenses = read_colmap_cameras(folder / ("cameras" + extension));
+    std::unordered_map<std::string, int> uses;  // of the names of photos without their folders
+    std::unordered_map<uint32_t, std::string> photo_of;
     for_each_colmap_image(folder / ("images" + extension), true, [&](const ColmapImage& image, const std::string&) {
       View& view = views_[image.id];
       view.points = image.points;
-      for (const std::string& name : {long_name_of_photo(image.photo), name_of_photo(image.photo)}) {
-        const auto found = by_name.find(name);
-        if (view.camera < 0 && found != by_name.end()) view.camera = found->second;
-      }
       const auto lens = lenses.find(image.camera);
       if (lens != lenses.end()) view.model = lens->second;
+      view.model.cam_from_world = image.cam_from_world();
+      ++uses[name_of_photo(image.photo)];
+      photo_of[image.id] = image.photo;
     });
+    for (const auto& [id, photo] : photo_of) {
+      const std::string name = name_of_photo(photo);
+      auto found = by_name.find(long_name_of_photo(photo));
+      // Of photos in several folders that have one name, one alone may be there: the camera of that name is its.
+      if (found == by_name.end()) {
+        found = by_name.find(name);
+        if (found != by_name.end() && uses[name] > 1 &&
+            !ends_with_name(cameras[static_cast<size_t>(found->second)].photo, photo))
+          found = by_name.end();
+      }
+      if (found == by_name.end()) continue;
+      View& view = views_[id];
+      view.camera = found->second;
+      view.turn = turn_in_plane(cameras[static_cast<size_t>(view.camera)], view.model);
+    }
   }
 
   /// One whose image or feature is not there, as in models whose images were written anew, is left out.
@@ -67,7 +104,7 @@ class ColmapTracks {
     const Camera& camera = cameras_[static_cast<size_t>(view.camera)];
     const auto ray = unproject(view.model, view.points[index]);
     if (!ray) return;
-    const Eigen::Vector2d x = distort(camera.distortion, *ray);
+    const Eigen::Vector2d x = distort(camera.distortion, (view.turn * ray->homogeneous()).hnormalized());
     const Eigen::Vector2d pixel(camera.fx * x.x() + camera.cx, camera.fy * x.y() + camera.cy);
     points.observations.push_back({static_cast<int>(points.position.size()) - 1, view.camera, pixel.cast<float>()});
   }
@@ -85,7 +122,8 @@ class ColmapTracks {
 
   struct View {
     int camera = -1;
-    Camera model;  ///< intrinsics to which the features refer
+    Camera model;                                        ///< to which the features refer
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< of its rays into the camera that was passed
     std::vector<Eigen::Vector2d> points;
   };
 

@@ -32,8 +32,9 @@ std::filesystem::path sparse_points_file(const std::filesystem::path& path);
 
 /// The points that belong to the cameras read from `path` (any path that read_cameras takes): points3D.{bin,txt} of a
 /// COLMAP model, or the point cloud that `ply_file_path` of a transforms.json names.  Empty when there are none.
-/// Observations are carried over to `cameras`, which are found by the names of their photos and may have been scaled
-/// or undistorted; those of images or features that the model does not have are left out with a warning.  Throws
+/// Observations are carried over to `cameras`, which are found by the names of their photos and may have been scaled,
+/// undistorted or turned in the plane of the photo; with any other pose than in the model, the pixels stay where the
+/// photo shows them.  Those of images or features that the model does not have are left out with a warning.  Throws
 /// Error{kInput} naming file, record and value.
 SparsePoints read_sparse_points(const std::filesystem::path& path, const std::vector<Camera>& cameras);
 

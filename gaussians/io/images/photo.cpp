@@ -135,13 +135,19 @@ bool jpeg_is_whole(std::string_view bytes) {
 
 PhotoHead read_photo_head(const fs::path& file) {
   constexpr size_t kHead = 1 << 18;  // bytes; the EXIF segment, at most 64 KiB, comes first
-  std::string bytes(kHead, '\0');
+  std::string bytes;
   std::ifstream in(file, std::ios::binary);
-  in.read(bytes.data(), kHead);
-  bytes.resize(static_cast<size_t>(in.gcount()));
   PhotoHead head;
+  // The frame header of a JPEG follows all metadata, which may be long: profiles, depth maps, other pictures.
+  for (size_t piece = kHead; in && head.width == 0; piece *= 2) {
+    const size_t before = bytes.size();
+    bytes.resize(before + piece);
+    in.read(bytes.data() + before, static_cast<std::streamsize>(piece));
+    bytes.resize(before + static_cast<size_t>(in.gcount()));
+    read_stored_size(bytes, head);
+    if (!is_jpeg(bytes)) break;
+  }
   head.orientation = exif_orientation(bytes);
-  read_stored_size(bytes, head);
   return head;
 }
 
@@ -168,6 +174,7 @@ Image<T> oriented(const Image<T>& stored, int orientation) {
   return out;
 }
 template ImageU8 oriented(const ImageU8&, int);
+template ImageF oriented(const ImageF&, int);
 
 Photo read_photo(const fs::path& file) {
   std::error_code ignored;

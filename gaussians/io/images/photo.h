@@ -26,7 +26,8 @@ struct PhotoHead {
   int width = 0, height = 0;  ///< 0 = not found
   int orientation = 1;        ///< as in Photo
 };
-/// Reads the head without decoding the picture; all is as by default for files of other kinds.
+/// Reads the head without decoding the picture, of a JPEG up to its frame header; all is as by default for files of
+/// other kinds.
 PhotoHead read_photo_head(const std::filesystem::path& file);
 
 /// Whether the bytes of a JPEG reach its end marker.  Decoders fill what is missing with grey and say nothing.

@@ -39,7 +39,5 @@ class CloudBuilder {
 // Values of the formats with 8 bits per value.
 float logit_of_byte(uint8_t alpha);  ///< of alpha / 255, kept off the asymptotes
 uint8_t byte_of(float value);        ///< 255 * value, clamped and rounded
-inline float sh_of_colour(float colour) { return (colour - 0.5f) / kSh0; }
-inline float colour_of_sh(float sh) { return 0.5f + kSh0 * sh; }
 
 }  // namespace pliant

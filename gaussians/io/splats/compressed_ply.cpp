@@ -160,7 +160,7 @@ GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, con
     const auto rgba = packed.value<uint32_t>(i, column[3]);
     Vec3f colour(share(rgba, 24, 8), share(rgba, 16, 8), share(rgba, 8, 8));
     if (coloured) colour = colours.at(chunks, i / kChunk, colour);
-    for (int c = 0; c < 3; ++c) row.sh[c] = sh_of_colour(colour[c]);
+    for (int c = 0; c < 3; ++c) row.sh[c] = sh_of_color(colour[c]);
     row.opacity_logit = logit_of_byte(static_cast<uint8_t>(rgba));
     for (int k = 0; k < rest; ++k) {
       for (int c = 0; c < 3; ++c)

@@ -86,7 +86,7 @@ void write_glb(const std::filesystem::path& file, const GaussianCloud& cloud, bo
   attributes.add("POSITION", 3, [&](size_t g, float* out) { std::copy_n(turned.position[g].data(), 3, out); });
   attributes.bound(turned.bounds());
   attributes.add("COLOR_0", 4, [&](size_t g, float* out) {
-    for (int c = 0; c < 3; ++c) out[c] = std::clamp(0.5f + kSh0 * turned.sh_of(g)[c], 0.0f, 1.0f);
+    for (int c = 0; c < 3; ++c) out[c] = std::clamp(dc_color(turned.sh_of(g)[c]), 0.0f, 1.0f);
     out[3] = sigmoid(turned.opacity_logit[g]);
   });
   attributes.add(kExtension + ":ROTATION", 4, [&](size_t g, float* out) {

@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/text.h"
 #include "gaussians/io/splats/cloud_builder.h"
 #include "gaussians/io/splats/compressed_ply.h"
 #include "gaussians/io/splats/ply_header.h"
@@ -111,9 +112,8 @@ void read_render_mode(const std::string& comment, bool& antialiased) {
 }
 
 /// The comment of nerfstudio's export.
-bool says_z_is_up(std::string comment) {
-  std::transform(comment.begin(), comment.end(), comment.begin(), [](unsigned char c) { return std::tolower(c); });
-  return comment.find("vertical axis: z") != std::string::npos;
+bool says_z_is_up(const std::string& comment) {
+  return lower_case(comment).find("vertical axis: z") != std::string::npos;
 }
 
 }  // namespace

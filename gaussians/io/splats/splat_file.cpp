@@ -32,7 +32,7 @@ GaussianCloud read_splat(const std::filesystem::path& file, ReadReport* report) 
     for (int k = 0; k < 3; ++k) {
       row.position[k] = record.position[k];
       row.log_scale[k] = std::log(record.scale[k]);
-      row.sh[k] = sh_of_colour(static_cast<float>(record.colour[k]) / 255.0f);
+      row.sh[k] = sh_of_color(static_cast<float>(record.colour[k]) / 255.0f);
     }
     row.opacity_logit = logit_of_byte(record.alpha);
     for (int k = 0; k < 4; ++k) row.rotation[k] = (static_cast<float>(record.rotation[k]) - 128.0f) / 128.0f;
@@ -54,7 +54,7 @@ void write_splat(const std::filesystem::path& file, const GaussianCloud& cloud) 
     for (int k = 0; k < 3; ++k) {
       record.position[k] = cloud.position[i][k];
       record.scale[k] = std::exp(cloud.log_scale[i][k]);
-      record.colour[k] = byte_of(colour_of_sh(cloud.sh_of(i)[k]));
+      record.colour[k] = byte_of(dc_color(cloud.sh_of(i)[k]));
     }
     record.alpha = byte_of(sigmoid(cloud.opacity_logit[i]));
     // The byte 255 is 127/128, so the quaternion is turned to have its largest component negative, where 0 is -1.

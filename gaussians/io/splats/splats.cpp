@@ -1,11 +1,11 @@
 #include "gaussians/io/splats/splats.h"
 
-#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/files/text.h"
 #include "gaussians/io/splats/glb.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/splat_file.h"
@@ -17,13 +17,6 @@ namespace pliant {
 namespace {
 
 enum class Format { kNone, kPly, kSplat, kSpz, kSog, kSogLevels, kKsplat, kCheckpoint };
-
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
 
 Format format_of_json(const fs::path& file) {
   try {

@@ -14,9 +14,9 @@
 namespace pliant {
 namespace {
 
-/// Largest speed of the nodes from their mean velocity.
+/// Largest speed of the nodes from their mean velocity, each times the share with which it is seen (NodeFrame).
 template <class T>
-double max_speed(const std::vector<Node<T>>& velocity) {
+double max_speed(const std::vector<Node<T>>& velocity, const std::vector<T>& seen) {
   Vec3d momentum = Vec3d::Zero();
   double mass = 0;
   for (const Node<T>& node : velocity) {
@@ -25,8 +25,8 @@ double max_speed(const std::vector<Node<T>>& velocity) {
   }
   const Vec3<T> drift = (momentum / mass).template cast<T>();
   T square = 0;
-  for (const Node<T>& node : velocity)
-    if (node.lane[3] > T(0)) square = std::max(square, (three(node) - drift).squaredNorm());
+  for (size_t i = 0; i < velocity.size(); ++i)
+    if (velocity[i].lane[3] > T(0)) square = std::max(square, (seen[i] * (three(velocity[i]) - drift)).squaredNorm());
   return std::sqrt(static_cast<double>(square));
 }
 
@@ -245,7 +245,7 @@ void StepAdjoint<T>::reverse(const StepTape<T>& tape, const std::function<void(i
       going = k >= 0;
       if (going) begin_step(tape, tape[k]);
       if (going && k + 1 < tape.size() && tape[k].touching)
-        contacts_.travel(max_speed(tape[k + 1].node_velocity), tape[k].dt, solver_.dx);
+        contacts_.travel(max_speed(tape[k + 1].node_velocity, solver_.node_seen), tape[k].dt, solver_.dx);
       else
         contacts_.clear();
       searching = contacts_.stale();

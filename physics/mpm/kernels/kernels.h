@@ -52,12 +52,13 @@ struct GatherReport {
 /// What follows from the nodes.
 enum class Follow { kPlace, kMotion, kBoth };
 
-/// How the speeds of nodes are measured: from the velocity `drift`, and times `seen`, the largest share that a node can
-/// have in the motion of a particle.
+/// How the speeds of nodes are measured: from the velocity `drift`, and times `seen`, which is min(1, 8 w) with w the
+/// largest weight of a node in the motion of a particle.  Every particle has a node of w >= 1/8, so that rigid motion
+/// is measured exactly, while nodes that particles hardly follow count little.
 template <class T>
 struct NodeFrame {
   T drift[3];     ///< m/s
-  const T* seen;  ///< [64]
+  const T* seen;  ///< [64], in [0, 1]
 };
 template <class T>
 struct NodeReport {

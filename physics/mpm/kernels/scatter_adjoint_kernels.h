@@ -145,7 +145,7 @@ INLINE void reverse_scatter_run(const AdjointRun<T>& run, StressKind kind, const
     const Pack<T>*F = place + 3, *v = motion, *C = motion + 3, mass = constant[0], mu = constant[2],
           *lambda = constant + 3;
 
-    // What was scattered, as in `scatter_run`.
+    // What was scattered, as in `scatter_particles`.
     StressPack<T, kMixture> stress{run, kind, first, lanes, F, constant[2], constant[3], damping[3], {}, {}};
     Pack<T> tau[6], shear{}, bulk{};
     stress.evaluate(tau);

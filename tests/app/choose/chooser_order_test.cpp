@@ -41,6 +41,42 @@ TEST_F(Choice, WhileTheObjectsAreBeingReplacedNoneOfThemIsTaken) {
   EXPECT_EQ(await("kept")["things"].size(), 2u);
 }
 
+TEST_F(Choice, WhatIsSelectedIsTakenOrNothingThoughItCouldNotBeWritten) {
+  stop();
+  std::atomic<int> failures = 2;
+  progress_.listen([&](const ProgressEvent& event) {
+    if (event.text.starts_with("segment: selecting by") && failures-- > 0) throw std::runtime_error("the disk is full");
+  });
+  start();
+  const std::vector<uint32_t> before = read_objects(*run_, scene_).label;
+  client_->receive(json({{"select", {{"clicks", {middle_of(plant()).click}}}}}).dump());
+  const json selected = await("selected");
+  EXPECT_EQ(await("failed"), "the disk is full") << "behind";
+  const char* const kName = R"({"name": {"object": 0, "name": "fern"}})";
+  client_->receive(kName);
+  EXPECT_EQ(await("failed"), "the disk is full");
+  EXPECT_EQ(read_objects(*run_, scene_).label, before);
+  client_->receive(kName);
+  await("kept");
+  const json named = await("kept")["things"];
+  ASSERT_EQ(named.size(), 2u);
+  EXPECT_EQ(named[0]["name"], "fern");
+  EXPECT_EQ(named[0]["gaussians"], selected["gaussians"]);
+}
+
+TEST_F(Choice, WithoutASelectionObjectZeroIsNone) {
+  const std::string click = middle_of(plant()).click, make = R"({"make": {"object": 0}})";
+  client_->receive(make);
+  EXPECT_NE(await("failed").get<std::string>().find("no selection"), std::string::npos);
+  client_->receive(json({{"select", {{"clicks", {click}}}}}).dump());
+  EXPECT_EQ(await("kept")["things"].size(), 2u);
+  const auto other = site_.handler().connect(std::make_shared<Inbox>());
+  other->receive(R"({"select": {}})");
+  client_->receive(make);
+  EXPECT_NE(await("failed").get<std::string>().find("no selection"), std::string::npos);
+  EXPECT_FALSE(run_->has("simulate"));
+}
+
 TEST_F(Choice, ARequestIsToldAtOnceAndTakenBackWhileTheSceneIsBeingPrepared) {
   const uint32_t wanted = plant();
   const std::string click = middle_of(wanted).click;

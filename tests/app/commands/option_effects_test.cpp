@@ -303,7 +303,7 @@ TEST_F(OptionEffects, OfFit) {
   try_all<FitStage>(
       {"--recipe", "dreamgaussian4d"},
       with(to_video, with(parts, {"guidance-cmd", "periods", "field", "young", "poisson", "density", "solver",
-                                  "fit-poisson", "fit-density", "gradient-window", "initial-material"})));
+                                  "fit-poisson", "fit-density", "gradient-window", "initial-material", "start"})));
   try_all<FitStage>({"--initial-material", values_.at("fit.initial-material")},
                     with(with(none, one_field), {"young", "poisson", "density"}));
   Names generated =

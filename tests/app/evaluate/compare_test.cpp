@@ -199,7 +199,7 @@ TEST_F(Compare, TheCommandWritesJsonCsvAndMarkdown) {
   EXPECT_EQ(csv.substr(0, csv.find("\r\n")), "failure_counts_as,failures,high,low,mean,method,metric,results");
   EXPECT_NE(csv.find("0.0,0,60.0,60.0,60.0,\"with, comma\",outside.psnr,6\r\n"), std::string::npos) << csv;
   EXPECT_TRUE(fs::exists(folder_ / "out/compare_differences.csv"));
-  EXPECT_NE(read_text(folder_ / "out/compare.md").find("ours minus each other"), std::string::npos);
+  EXPECT_NE(read_text(folder_ / "out/compare.md").find("ours minus each other method"), std::string::npos);
 }
 
 TEST_F(Compare, UselessInputIsRefused) {

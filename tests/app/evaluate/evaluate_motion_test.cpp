@@ -236,6 +236,23 @@ TEST(EvaluateMotion, UselessInputIsRefused) {
   expect_error(Failure::kInput, {"trajectory"}, [&] { evaluate_motion(folder / "t.h5", folder / "a", score); });
 }
 
+TEST(EvaluateMotion, BothClipsLastUntilTheFitOfTheFreeMotion) {
+  const TemporaryFolder folder;
+  Swing swing;
+  swing.write_folder(folder / "truth");
+  swing.frames = 20;
+  swing.write_folder(folder / "brief");
+  MotionScore score;
+  score.fps = 30;
+  score.free_from = 0.8;
+  expect_error(Failure::kUsage, {"--free-from", "0.8 s", "prediction", "0.6667 s", "at most 0.4"},
+               [&] { evaluate_motion(folder / "brief", folder / "truth", score); });
+  expect_error(Failure::kUsage, {"--free-from", "0.8 s", "truth", "0.6667 s", "at most 0.4"},
+               [&] { evaluate_motion(folder / "truth", folder / "brief", score); });
+  score.free_from = 0.4;
+  EXPECT_EQ(evaluate_motion(folder / "brief", folder / "truth", score)["free_from_by"], "--free-from");
+}
+
 TEST(EvaluateMotion, OfParticlesGivesTheirFrequencyDampingAndAmplitude) {
   const TemporaryFolder folder;
   const auto write = [&](const std::string& name, double frequency, double decay, double amplitude) {

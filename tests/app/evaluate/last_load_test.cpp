@@ -16,16 +16,17 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-/// A rod that a force holds aside until 0.6 s, about which it swings and comes to rest faster than after it.
-std::filesystem::path write_pushed_rod(const std::filesystem::path& file) {
+/// A rod that a force holds aside until 0.6 s, about which it swings and comes to rest faster than after it; at 6 s it
+/// is let go again.
+std::filesystem::path write_pushed_rod(const std::filesystem::path& file, int frames = 90) {
   TrajectoryFile t;
   t.fps = 30;
   t.up = {0, 0, 1};
   const double omega = 2 * M_PI * 1.3;
-  for (int f = 0; f < 90; ++f) {
+  for (int f = 0; f < frames; ++f) {
     TrajectoryFile::Frame frame;
     frame.time = f / 30.0;
-    const double free = frame.time - 0.6;
+    const double free = frame.time - (f < 180 ? 0.6 : 6);
     const double sway = free < 0 ? 0.1 * (1 - std::exp(-3 * frame.time) * std::cos(omega * frame.time))
                                  : 0.1 * std::exp(-0.5 * free) * std::cos(omega * free);
     for (int p = 0; p <= 20; ++p) frame.position.push_back(Vec3d(0.05 * p * sway, 0, 0.05 * p).cast<float>());
@@ -74,6 +75,28 @@ TEST(LastLoad, TheFrequencyOfTheTipIsThatAfterTheLoads) {
   EXPECT_EQ(out["free_from_by"], "interactions.json");
   EXPECT_NEAR(out["free_from_s"].get<double>(), 0.6, 1e-6);
   EXPECT_NEAR(out["tip"]["dominant_frequency"].get<double>(), 1.3, 0.002);
+}
+
+TEST(LastLoad, LoadsAfterTheTimeThatBothHaveDoNotCount) {
+  const TemporaryFolder folder;
+  const auto brief = write_pushed_rod(folder / "brief/trajectory.h5", 90),
+             lasting = write_pushed_rod(folder / "lasting/trajectory.h5", 300);
+  for (const char* script : {"brief/interactions.json", "lasting/interactions.json"})
+    folder.file(script, R"([{"type": "point_force", "region": "all", "force": [1, 0, 0], "start": 0.1, "duration": 0.5},
+      {"type": "point_force", "region": "all", "force": [1, 0, 0], "start": 5.5, "duration": 0.5}])");
+  for (const auto& [ours, truth] : {std::pair{brief, lasting}, std::pair{lasting, brief}}) {
+    const json motion = evaluate_motion(ours, truth), trajectory = evaluate_trajectory(ours, truth);
+    for (const json& out : {motion, trajectory}) {
+      EXPECT_EQ(out["free_from_by"], "interactions.json") << out["kind"] << ours;
+      EXPECT_NEAR(out["free_from_s"].get<double>(), 0.6, 1e-6) << out["kind"] << ours;
+      EXPECT_EQ(out["frequency_error"], 0) << out["kind"] << ours;
+    }
+    for (const char* side : {"truth", "prediction"}) {
+      EXPECT_NEAR(motion[side]["frequency_hz"].get<double>(), 1.3, 0.002) << ours;
+      EXPECT_NEAR(motion[side]["damping_time_s"].get<double>(), 2, 0.01) << ours;
+    }
+    EXPECT_NEAR(trajectory["tip"]["dominant_frequency"].get<double>(), 1.3, 0.002) << ours;
+  }
 }
 
 TEST(LastLoad, TheLoadsOfARunAreThoseOfTheTrajectoryThatWasSimulatedLast) {

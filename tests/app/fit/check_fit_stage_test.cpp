@@ -191,6 +191,7 @@ TEST(CheckFitStage, AMotionWithoutPhysicsTakesNoMaterial) {
        {"--density", [](FitStage& s) { s.material.density = 1e3; }},
        {"--initial-material", [](FitStage& s) { s.initial_material = "m.h5"; }},
        {"--solver", [](FitStage& s) { s.solver = "eulerian"; }},
+       {"--start", [](FitStage& s) { s.from = 0; }},
        {"--fit-poisson", [](FitStage& s) { s.compare.poisson = true; }},
        {"--fit-density", [](FitStage& s) { s.compare.density = true; }},
        {"--gradient-window", [](FitStage& s) { s.compare.window = 2; }},
@@ -220,8 +221,17 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
   expect_refused(
       {{"--points", [](FitStage& s) { s.points = 100; }},
        {"--end", [](FitStage& s) { s.until = 1; }},
-       {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
-      [](FitStage& s) { s.compare.guide = "x"; }, false);
+       {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }},
+       {"--video-camera find", [](FitStage& s) { s.cameras = {"find"}; }},
+       {"a second --video-camera",
+        [](FitStage& s) {
+          s.cameras = {"a", "b"};
+        }}},
+      [](FitStage& s) {
+        s.compare.guide = "x";
+        s.cameras = {"a"};
+      },
+      false);
   expect_refused(
       {{"--guidance-cmd", [](FitStage& s) { s.compare.guide = "x"; }}}, [](FitStage& s) { s.recipe = "physdreamer"; },
       true);
@@ -229,7 +239,9 @@ TEST(CheckFitStage, WhatBelongsToAnotherOptionIsRefusedWithoutIt) {
       {{"--guidance-load", [](FitStage& s) { s.compare.load = "l.json"; }}}, [](FitStage& s) { s.compare.guide = "x"; },
       true);
   expect_refused(
-      {{"--video-first", [](FitStage& s) { s.first = 1; }}, {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
+      {{"--video-first", [](FitStage& s) { s.first = 1; }},
+       {"--video-camera find", [](FitStage& s) { s.cameras = {"find"}; }},
+       {"--compare-fps", [](FitStage& s) { s.compare_fps = 12; }}},
       [](FitStage& s) { s.generate.command = "x"; }, false);
   expect_refused(
       {{"--parts", [](FitStage& s) { s.parts = 3; }}},

@@ -17,6 +17,7 @@
 #include "app/store/trajectory.h"
 #include "app/store/velocity.h"
 #include "fitting/fields/triplane_field.h"
+#include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/splats/ply.h"
 #include "tests/app/fit_of_few_particles.h"
 #include "tests/temporary_folder.h"
@@ -320,7 +321,10 @@ for line in sys.stdin:
   const int died = run_quietly(guided), code = run_quietly(guided);
   const json result = code == 0 ? json::parse(read_text(folder / "run/fit/results.json")) : json();
   const int refused = run_quietly(fit({"--guidance-cmd", "exit 3;", "--video-camera", camera})),
-            wrong = run_quietly(fit({"--guidance-cmd", "exit 3;", "--loss", "both"}));
+            wrong = run_quietly(fit({"--guidance-cmd", "exit 3;", "--loss", "both"})),
+            sought = run_quietly(fit({"--guidance-cmd", "exit 3;", "--video-camera", "find"})),
+            second =
+                run_quietly(fit({"--guidance-cmd", "exit 3;", "--video-camera", camera, "--video-camera", camera}));
   write_text(folder / "scene/scene.json", settings);
   EXPECT_EQ(died, 1);
   ASSERT_EQ(code, 0);
@@ -331,6 +335,24 @@ for line in sys.stdin:
   EXPECT_EQ(result["guide"], "stillness");
   EXPECT_EQ(refused, 1);
   EXPECT_EQ(wrong, 2);
+  EXPECT_EQ(sought, 2) << "there is no first frame";
+  EXPECT_EQ(second, 2) << "one clip is drawn";
+}
+
+TEST_F(FitVideo, TheCameraOfAVideoThatIsGeneratedIsNamedAndNotFound) {
+  Camera known = load_run_scene(RunDirectory::open(folder / "run")).cameras[0];
+  known.name = "front";
+  known.photo.clear();
+  write_cameras(folder / "pose.json", {known});
+  const auto said_of = [&](const char* name) {
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(run_quietly(fit({"--video-model-cmd", "exit 3;", "--video-pose", (folder / "pose.json").string(),
+                               "--video-camera", name})),
+              2);
+    return ::testing::internal::GetCapturedStderr();
+  };
+  EXPECT_NE(said_of("find").find("--video-camera find: does nothing with --video-model-cmd"), std::string::npos);
+  EXPECT_NE(said_of("fin").find("did you mean 'front'"), std::string::npos);
 }
 
 TEST_F(FitOfFewParticles, Physics3dsRecipeGivesABranchThatIsSimulated) {

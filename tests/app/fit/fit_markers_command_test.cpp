@@ -153,6 +153,12 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   EXPECT_EQ(refused(table, {"--marker-axes", "x,x,z"}), 2);
   EXPECT_EQ(refused(table, {"--marker-axes", "y,x,z"}), 2);  // mirrored
   EXPECT_EQ(refused(table, {"--video", "a.mp4"}), 2);
+  const auto like_fit = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), fit.begin() + 4, fit.end());
+    return refused(table, more);
+  };
+  EXPECT_EQ(like_fit({"--marker-release", "100"}), 2);
+  EXPECT_EQ(like_fit({"--marker-rest", "0.5", "--marker-release", "0.3"}), 2);
   EXPECT_EQ(run_quietly({"fit", out, "--markers", (folder / "none.csv").string(), "--overwrite"}), 1);
   EXPECT_EQ(json::parse(read_text(folder / "run/fit/results.json")), again);
 

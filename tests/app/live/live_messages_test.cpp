@@ -27,6 +27,7 @@ TEST(LiveMessages, ReadsEveryField) {
   EXPECT_EQ(r.commands.size(), 1u);
   EXPECT_EQ(r.frames, 5);
   EXPECT_EQ(r.run, true);
+  EXPECT_EQ(request(R"({"start": {"clustered_to": 50}})").start->drivers, 0u) << "as many as that level has";
 }
 
 TEST(LiveMessages, RefusesWhatIsNoRequest) {

@@ -116,6 +116,26 @@ TEST(LiveSession, GoesOnAfterWhatTheSolverCannotFollow) {
   EXPECT_EQ(session.frames(), 22);
 }
 
+// Equilibrium: what a pin held as it was captured weighs nothing while another holds it, after a failure as well.
+TEST(LiveSession, AfterAFailureTheBodyStillIsOneThatWasHeldAsItWasCaptured) {
+  PlayedBar bar;
+  bar.options.damping_time = 0.05;
+  Interaction top = bar.held[0];
+  top.region = Region::half_space(Vec3d(0, 0, 0.065), Vec3d(0, 0, -1));
+  const json push = {{"type", "impulse"}, {"region", "all"}, {"impulse", {1e7, 0, 0}}};
+  for (const bool held : {true, false}) {
+    if (!held) bar.held.clear();
+    LiveSession session = bar.session();
+    session.step(std::vector<LiveCommand>{command({"end", 0})});
+    EXPECT_FALSE(session.step(std::vector<LiveCommand>{command({"begin", 9, push})}).failed.empty());
+    LiveAnswer answer = session.step(std::vector<LiveCommand>{command({"begin", 10, numbers_of(top)})});
+    for (int frame = 0; frame < 60; ++frame) answer = session.step({});
+    ASSERT_EQ(answer.forces.size(), 1u);
+    const double weight = 9.81 * bar.particles.total_mass();
+    EXPECT_NEAR(answer.forces[0].second.z(), held ? 0 : weight, 0.03 * weight);
+  }
+}
+
 // What cannot begin is refused by its number; the wind and the settings of the session go on as without it.
 TEST(LiveSession, WhatCannotBeginIsRefusedAndAllElseGoesOn) {
   const PlayedBar bar;

@@ -23,6 +23,13 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
+/// A number of the head of a frame.
+uint32_t word(const std::string& bytes, size_t at) {
+  uint32_t value = 0;
+  if (bytes.size() >= at + 4) std::memcpy(&value, bytes.data() + at, 4);
+  return value;
+}
+
 json meta_of(const std::string& bytes) {
   if (bytes.substr(0, 4) != "PLNT") return json();
   uint32_t length;
@@ -66,8 +73,26 @@ TEST_F(View, AnswersInOrderAndGoesOnAfterWhatItRefuses) {
     EXPECT_EQ(refused["id"], id);
     EXPECT_TRUE(refused.contains("error"));
   }
-  EXPECT_EQ(meta_of(inbox_->next())["id"], 5);
+  const std::string last = inbox_->next();
+  EXPECT_EQ(meta_of(last)["id"], 5);
+  EXPECT_EQ(word(last, 8), 3u) << "the frame after the two";
   EXPECT_FALSE(fs::exists(recordings())) << "nothing was done";
+}
+
+TEST_F(View, ALevelIsBegunWithTheDriversThatItHas) {
+  size_t drivers = 0;
+  {
+    LiveClient client(live_, recordings(), inbox_);
+    client.receive(R"({"id": 1, "start": {"clustered_to": 150}})");
+    client.receive(R"({"id": 2, "commands": [["set", 2, 0.2, 0, 0, -5]], "frames": 1})");
+    EXPECT_EQ(json::parse(inbox_->next()), json({{"id", 1}}));
+    drivers = word(inbox_->next(), 12);
+    EXPECT_GT(drivers, 0u);
+    EXPECT_LT(drivers, live_->drivers());
+  }
+  const json kept = json::parse(read_text(recordings() / "live_0001.json"));
+  EXPECT_EQ(kept["drivers"], drivers);
+  EXPECT_EQ(kept["clustered_to"], 150);
 }
 
 TEST_F(View, RunsByItselfUntilItIsTold) {
@@ -279,6 +304,11 @@ TEST_F(View, WhatIsDoneIsKeptAlthoughNothingFollows) {
   const auto second = recordings() / "live_0002.json";
   for (int k = 0; k < 40 && !fs::exists(second); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   EXPECT_TRUE(fs::exists(second));
+  client.receive(R"({"frames": 20})");
+  const auto kept = [&] { return json::parse(read_text(second), nullptr, false); };
+  for (int k = 0; k < 40 && kept().value("frames", 0) != 21; ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(kept()["frames"], 21) << "although nothing more was commanded";
 }
 
 // As many frames as there is time for, however often it is told to run.

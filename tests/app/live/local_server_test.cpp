@@ -93,8 +93,7 @@ class LocalServerTest : public ::testing::Test {
   }
   void TearDown() override { stop(); }
   void start() {
-    page_ =
-        std::make_shared<const LocalServer::Page>(LocalServer::Page{"text/html", "<p>the page", "default-src 'none'"});
+    page_ = std::make_shared<const LocalServer::Page>(LocalServer::Page{"text/html", body_, "default-src 'none'"});
     server_ = std::make_unique<LocalServer>(
         options_,
         LocalServer::Handler{
@@ -156,6 +155,7 @@ class LocalServerTest : public ::testing::Test {
   }
 
   LocalServerOptions options_;
+  std::string body_ = "<p>the page";
   std::function<std::string(const std::string&, const std::filesystem::path&)> drop_;
   std::shared_ptr<const LocalServer::Page> page_;
   std::unique_ptr<LocalServer> server_;
@@ -300,6 +300,32 @@ TEST_F(LocalServerTest, TakesSoManyClientsAndNoMore) {
   for (int k = 0; k < 50 && clients_ == options_.most_clients; ++k)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_EQ(status(upgrade(path_ + "live")), 101);
+}
+
+// 24 MB, of which the system buffers some megabytes, at 8 MB/s.
+TEST_F(LocalServerTest, APageIsReadAsSlowlyAsItMayButSteadily) {
+  stop();
+  options_.idle_timeout = 1;
+  body_.assign(24 << 20, 'x');
+  start();
+  Wire steady(port_), stopped(port_);
+  for (const Wire* wire : {&steady, &stopped}) wire->send(request(path_, host()));
+  size_t read = 0;
+  while (!steady.ended && read < body_.size()) {
+    const size_t piece = std::min<size_t>(80 << 10, body_.size() - read);
+    const size_t got = steady.receive(0.5, [&](const std::string& s) { return s.size() >= piece; }).size();
+    if (got == 0) break;
+    read += got;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_GE(read, body_.size());
+  size_t left = 0;
+  stopped.receive(3, [&](const std::string& s) {
+    left = s.size();
+    return left >= body_.size();
+  });
+  EXPECT_TRUE(stopped.ended);
+  EXPECT_LT(left, body_.size()) << "it was dropped after a second";
 }
 
 TEST_F(LocalServerTest, AHundredConnectionsDoNoHarm) {

@@ -2,13 +2,32 @@
 // CASE: {solver, cell_size, position, volume, mass, young, poisson, links, script [{frame, begin [22]} | {frame, move:
 // [number, x, y, z]} | {frame, end: number} | {frame, set: [5]}], frames}, `solver` as in the header of a clip.html.
 // Writes positions and deformation gradients of every frame as float32 and prints milliseconds and substeps.
+// A CASE with `steps`, a list of {commands, frames}, is run by the host of the page instead (see createSolverHost), and
+// [{failed, forces}] of each is printed.
 
 import fs from 'node:fs';
 
-const layout = fs.readFileSync(new URL('../../../app/page/web/solver_layout.js', import.meta.url), 'utf8');
-const {bodyNumbers} = await import(`data:text/javascript,${encodeURIComponent(layout)}`);
+const ofPage = (name) => {
+  const text = fs.readFileSync(new URL(`../../../app/page/web/${name}`, import.meta.url), 'utf8');
+  return import(`data:text/javascript,${encodeURIComponent(text)}`);
+};
+const {bodyNumbers} = await ofPage('solver_layout.js');
 const [wasm, file, out] = process.argv.slice(2);
 const text = fs.readFileSync(file, 'utf8'), run = JSON.parse(text);
+if (run.steps) {
+  const host = (await ofPage('solver_host.js')).createSolverHost(), floats = (values) => Float32Array.from(values);
+  const {position, volume, mass, young, poisson} = run, F = new Float32Array(9 * volume.length);
+  for (let k = 0; k < F.length; ++k) F[k] = k % 9 % 4 === 0 ? 1 : 0;
+  host.handle({module: fs.readFileSync(wasm)});
+  host.handle({body: {
+    numbers: bodyNumbers(run.solver, run.cell_size), metres: 1, position: floats(position), volume: floats(volume),
+    mass: floats(mass), young: floats(young), poisson: floats(poisson), links: Int32Array.from(run.links),
+  }});
+  host.handle({start: {x: floats(position), v: new Float32Array(position.length), F, held: run.solver.held}});
+  const answers = run.steps.map((step) => host.handle({step}));
+  console.log(JSON.stringify(answers.map(({failed, forces}) => ({failed, forces}))));
+  process.exit(0);
+}
 let memory = null;
 const view = () => new DataView(memory.buffer);
 const string = pointer => {
@@ -46,7 +65,7 @@ try {
   for (const numbers of run.solver.held) solver.solver_hold(put(numbers, Float64Array));
   const identity = new Float32Array(9 * n);
   for (let i = 0; i < n; ++i) identity[9 * i] = identity[9 * i + 4] = identity[9 * i + 8] = 1;
-  solver.solver_start(put(run.position, Float32Array), put(new Float32Array(3 * n), Float32Array),
+  solver.solver_start(-1, put(run.position, Float32Array), put(new Float32Array(3 * n), Float32Array),
       put(identity, Float32Array));
   const chunks = [];
   let milliseconds = 0, substeps = 0;

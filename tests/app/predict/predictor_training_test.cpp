@@ -69,6 +69,16 @@ TEST_F(TrainPredictor, GivesWeightsFiguresAndACurveThatAreTheSameAgain) {
   EXPECT_EQ(run_quietly({"train-predictor", "--out", out("c").string(), "--count", "3"}), 2);
 }
 
+TEST(TrainPredictorOptions, MoreNetworksThanAnEnsembleHoldsAreRefusedByTheOptionsName) {
+  const TemporaryFolder folder;
+  ::testing::internal::CaptureStderr();
+  const int code = run_quietly({"train-predictor", "--out", (folder / "out").string(), "--members", "17"});
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(code, 2);
+  EXPECT_NE(said.find("--members"), std::string::npos) << said;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
 TEST_F(TrainPredictor, AFittedObjectJoinsAndPredictUsesTheWeights) {
   EXPECT_EQ(train("none", {"--add-run", run()}), 2);  // nothing was fitted there
   pretend_fit();

@@ -17,6 +17,7 @@
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/render/render.h"
 #include "tests/app/reconstruct/made_photos.h"
+#include "tests/gaussians/textured_scene.h"
 
 namespace pliant {
 namespace {
@@ -107,6 +108,33 @@ TEST_F(Reconstruct, TheCheckpointOfOtherOptionsOrADamagedOneIsMovedAside) {
   write_text(folder / "scene/checkpoint.h5", "damaged");
   EXPECT_TRUE(train(folder / "set", folder / "scene", stage, -1));
   EXPECT_EQ(read_text(folder / "scene/checkpoint.h5.1"), "damaged");
+}
+
+TEST_F(Reconstruct, APhotoThatSeesHardlyAnyTriangulatedPointIsNamed) {
+  const TemporaryFolder folder;
+  const GaussianCloud cloud = textured_sheet();
+  std::vector<Camera> cameras = arc_of_cameras(9);
+  for (Camera& camera : cameras) {
+    camera.photo = (folder / ("set/" + camera.name + ".png")).string();
+    fs::create_directories(folder / "set");
+    write_image(camera.photo, render(cloud, camera).color);
+  }
+  Eigen::Isometry3d& wrong = cameras[3].cam_from_world;
+  wrong.linear() = (Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 1, 0).normalized()) * wrong.linear()).eval();
+  write_transforms(folder / "set/transforms.json", cameras);
+  ReconstructStage stage = short_stage();
+  stage.train.iterations = 2;
+  stage.photo.hold_out_every = 0;
+  stage.start = "triangulate";
+  stage.poses = "as-given";
+  ASSERT_TRUE(train(folder / "set", folder / "scene", stage, -1));
+  const json results = read_json(folder / "scene/results.json");
+  EXPECT_EQ(results["start"]["kind"], "triangulate");
+  for (const json& warnings : {results["warnings"], results["start"]["warnings"]}) {
+    const std::string all = warnings.dump();
+    EXPECT_NE(all.find("view_d.png: sees"), std::string::npos) << all;
+    for (const char* other : {"view_c.png: sees", "view_e.png: sees"}) EXPECT_EQ(all.find(other), std::string::npos);
+  }
 }
 
 TEST_F(Reconstruct, AFinishedResultLeavesTheCheckpointOfALongerTraining) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "app/segment/segment_stage.h"
+#include "tests/gaussians/photo_files.h"
 
 namespace pliant {
 namespace {
@@ -11,6 +12,28 @@ std::vector<Camera> cameras_named(const std::vector<std::string>& names) {
   std::vector<Camera> cameras(names.size());
   for (size_t c = 0; c < names.size(); ++c) cameras[c].name = names[c];
   return cameras;
+}
+
+TEST(PhotoOrRender, ThePhotoIsTurnedWhereOnlyTheUprightOneFits) {
+  const TemporaryFolder folder;
+  // Flag 6: the top of the upright picture is the left side of the stored one.
+  const std::string stored = encoded(".jpg", picture_of(48, 32, [](int x, int, int) { return 5 * x; }));
+  Scene scene;
+  scene.cameras = cameras_named({"a"});
+  Camera& camera = scene.cameras[0];
+  camera.photo = folder.file("a.jpg", with_orientation(stored, 6, true)).string();
+  camera.width = 32;
+  camera.height = 48;
+  const ImageF upright = photo_or_render(scene, 0);
+  ASSERT_EQ(upright.width, 32);
+  ASSERT_EQ(upright.height, 48);
+  for (int y = 0; y < 48; ++y) EXPECT_NEAR(255 * upright(7, y), 5 * y, 4) << y;
+  std::swap(camera.width, camera.height);
+  const ImageF as_stored = photo_or_render(scene, 0);
+  for (int x = 0; x < 48; ++x) EXPECT_NEAR(255 * as_stored(x, 7), 5 * x, 4) << x;
+  std::swap(camera.width, camera.height);
+  folder.file("a.jpg", with_orientation(stored, 3, true));
+  expect_error(Failure::kInput, {"a.jpg", "48x32", "32x48"}, [&] { photo_or_render(scene, 0); });
 }
 
 TEST(PhotoSequence, IsInTheOrderOfNamesWhateverTheOrderOfRows) {

@@ -8,6 +8,7 @@
 
 #include "app/run/attach_scene.h"
 #include "app/segment/segment_stage.h"
+#include "gaussians/io/images/image_files.h"
 #include "tests/app/painted_demo.h"
 #include "tests/temporary_folder.h"
 
@@ -118,6 +119,27 @@ TEST_F(SegmentOptions, StopsWhenAskedToInTheMiddleAndKeepsWhatThereIs) {
     EXPECT_EQ(asked, most + 1);
   }
   EXPECT_EQ(read_text(out / "run/segmentation.h5"), before);
+}
+
+TEST_F(SegmentOptions, RendersStandInForPhotosThatCannotBeRead) {
+  const TemporaryFolder out;
+  fs::copy(folder / "scene", out / "scene", fs::copy_options::recursive);
+  const std::vector<fs::path> photos = images_in(out / "scene/photos");
+  ASSERT_EQ(photos.size(), 8u);
+  for (size_t k = 1; k < photos.size(); ++k) {  // the first one tells the size of all
+    const std::string bytes = read_text(photos[k]);
+    write_text(photos[k], bytes.substr(0, bytes.size() / 2));
+  }
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(
+      run_quietly({"segment", (out / "scene").string(), "--out", (out / "run").string(), "--sphere", "0,0,0.2,0.3"}),
+      0);
+  const std::string said = testing::internal::GetCapturedStderr(), words = "show renders in place of such photos";
+  const size_t at = said.find(words);
+  ASSERT_NE(at, std::string::npos) << said;
+  EXPECT_EQ(said.find(words, at + 1), std::string::npos) << said;
+  for (const char* file : {"segmentation.h5", "objects.json", "objects.png", "features.png"})
+    EXPECT_TRUE(fs::exists(out / "run" / file)) << file;
 }
 
 TEST_F(SegmentOptions, NamesBesideTheMasksStayWithTheirIds) {

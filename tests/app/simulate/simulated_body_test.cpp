@@ -110,6 +110,26 @@ TEST_F(SimulatedBar, SaysThatTheAutomaticPushComesTooLate) {
   EXPECT_EQ(said("0.4").find("push begins"), std::string::npos);
 }
 
+TEST_F(SimulatedBar, IsInterruptedAlreadyWhileItSettlesForTheAutomaticPush) {
+  make(false);
+  std::filesystem::copy_file(folder_ / "scene.ply", object() / "object.ply");
+  const Scene scene = load_run_scene(RunDirectory::open(folder_ / "run"));
+  const SimulatedBody body = make_body(particles_, scene, solid_material(particles_, {1e6, 0.3, 500, {}}), {});
+  const json extract = {{"height", 0.08},
+                        {"contact", {{"support", "plate"}, {"point", {0, 0, 0}}, {"normal", {0, 0, 1}}}}};
+  Progress progress(true);
+  int asked = 0;
+  const Context context{progress, [&] { return ++asked > 0; }};
+  try {
+    plan_simulation(context, {{"object", object() / "object.ply"}}, extract, scene, {}, body);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure, Failure::kInterrupted);
+    EXPECT_EQ(error.where, "simulate") << "not only in the trials of the push";
+    EXPECT_EQ(asked, 1);
+  }
+}
+
 TEST_F(SimulatedBar, StaysWhereNothingHoldsOrStopsItUnlessThatIsAskedFor) {
   make(false);
   std::filesystem::copy_file(folder_ / "scene.ply", object() / "object.ply");

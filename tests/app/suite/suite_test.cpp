@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Notes its calls in `calls` beside itself.  `--field wrong` fails as a method does, and `--field killed` as a killed
-/// program does, once.
+/// program does after a second, once.
 constexpr char kStandIn[] = R"(#!/usr/bin/env python3
-import json, os, sys
+import json, os, sys, time
 words = sys.argv[1:]
 here = os.path.dirname(os.path.abspath(__file__))
 open(here + "/calls", "a").write(" ".join(words) + "\n")
@@ -34,6 +34,7 @@ if "wrong" in words:
     sys.exit(print("fit: no motion in the video") or 1)
 if "killed" in words and not os.path.exists(here + "/killed"):
     open(here + "/killed", "w")
+    time.sleep(1)
     sys.exit(137)
 match words[:2]:
     case ["demo", _]:
@@ -129,6 +130,7 @@ TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem
   EXPECT_FALSE(any_of_them(second, "segment scenes/rose/1 --out runs/rose/1/segmentation-vote"));
   EXPECT_TRUE(any_of_them(second, "segment scenes/rose/1 --out runs/rose/1/segmentation-ours"));
   EXPECT_EQ(score("segmentation/ours/rose/1.json")["miou"], 0.75);
+  EXPECT_GT(score("segmentation/ours/rose/1.json")["seconds"].get<double>(), 1) << "of both attempts";
 
   settings["methods"]["segmentation"]["vote"]["segment"] = {"--no-vote"};
   run();
@@ -136,6 +138,19 @@ TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem
   EXPECT_FALSE(any_of_them(third, "demo"));
   EXPECT_FALSE(any_of_them(third, "segment scenes/rose/1 --out runs/rose/1/segmentation-ours"));
   EXPECT_TRUE(any_of_them(third, "segment scenes/rose/1 --out runs/rose/1/segmentation-vote"));
+}
+
+TEST_F(Suite, WhatWasKilledBeforeItNotedItsTimeIsNotMeasured) {
+  settings["methods"] = {{"segmentation", {{"ours", {{"segment", json::array()}}}}}};
+  run();
+  EXPECT_GT(score("segmentation/ours/rose/1.json")["seconds"], 0);
+  // As a power failure leaves it.
+  for (const char* file : {"RESULTS.md", "scores/segmentation/ours/rose/1.json"}) fs::remove(folder / "suite" / file);
+  for (const auto& entry : fs::directory_iterator(folder / "suite/runs/rose/1"))
+    if (entry.path().extension() == ".seconds") fs::remove(entry.path());
+  run();
+  EXPECT_TRUE(score("segmentation/ours/rose/1.json")["seconds"].is_null());
+  EXPECT_NE(read_text(folder / "suite/RESULTS.md").find("| ours |  | – |"), std::string::npos);
 }
 
 TEST_F(Suite, AnotherVersionDoesAllAgain) {

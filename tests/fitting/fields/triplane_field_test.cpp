@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "gaussians/base/adam.h"
-#include "gaussians/base/check_adjoint.h"
+#include "tests/check_adjoint.h"
 
 namespace pliant {
 namespace {

@@ -7,7 +7,7 @@
 #include "fitting/fields/axes_field.h"
 #include "fitting/fields/smooth_field.h"
 #include "fitting/fit/fit_material.h"
-#include "gaussians/base/check_adjoint.h"
+#include "tests/check_adjoint.h"
 #include "tests/fitting/twin_stem.h"
 
 namespace pliant {

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "gaussians/base/error.h"
 #include "tests/physics/shapes.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -116,6 +119,23 @@ TEST(FitMarkers, MarkersThatAreNotOnTheBodyOrDoNotMoveAreRefused) {
   tracks = recording(0);
   for (auto& frame : tracks.position) frame = tracks.position[0];
   EXPECT_THROW(fit_markers(options(), bar(kYoung), let_go(), tracks), Error);
+}
+
+TEST(FitMarkers, AReleaseOutsideTheRecordingAndAWindowWithoutSamplesAreRefused) {
+  const MarkerTracks tracks = recording(0);  // from 0 to 0.35 s
+  const auto refused = [&](Failure failure, double rest, double release, double window,
+                           const std::vector<std::string>& words) {
+    MarkerFitOptions o = options();
+    o.rest_begin = rest;
+    o.release = release;
+    o.window = window;
+    expect_error(failure, words, [&] { fit_markers(o, bar(kYoung), let_go(), tracks); });
+  };
+  refused(Failure::kUsage, -INFINITY, 100, 1, {"--marker-release", "100 s", "0.35 s"});
+  refused(Failure::kUsage, -INFINITY, -1, 1, {"--marker-release", "-1 s", "0 s"});
+  refused(Failure::kUsage, 0.2, 0.1, 1, {"--marker-release", "0.1 s", "0.2 s", "--marker-rest"});
+  refused(Failure::kInput, -INFINITY, 0.095, 0.01, {"markers", "1 sample from 0.095 s to 0.105 s", "--marker-window"});
+  refused(Failure::kInput, -INFINITY, 0.335, 1, {"markers", "2 samples", "--marker-window", "--marker-release"});
 }
 
 }  // namespace

@@ -175,5 +175,39 @@ TEST(ClipObjective, AProgramThatPullsPixelsToAClipLeadsToItsStiffness) {
   EXPECT_NEAR(filmed.found(20), std::log(2.0), 0.15);
 }
 
+/// Its loss is the number of values that are clamped at 1 ("bright"), or that are not; its gradient is 1 there.
+const char* const kBright = R"(
+import array, json, sys
+wanted, folder = sys.argv[1] == 'bright', sys.argv[2]
+print(json.dumps({'ready': 1, 'name': 'bright'}), flush=True)
+for line in sys.stdin:
+    request = json.loads(line)
+    if 'quit' in request: break
+    frames = array.array('f'); frames.frombytes(open(folder + '/frames.f32', 'rb').read())
+    pull = array.array('f', [(value == 1) == wanted for value in frames])
+    pull.tofile(open(folder + '/gradient.f32', 'wb'))
+    print(json.dumps({'step': request['step'], 'loss': sum(pull)}), flush=True)
+)";
+
+TEST(ClipObjective, WhatIsBrighterThanTheProgramSeesFollowsNoGradient) {
+  if (system("command -v python3 > /dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
+  const TemporaryFolder folder;
+  const Filmed filmed;
+  for (int k = 0; k < 3; ++k) filmed.drawn->object.sh_of(0)[k] = 30;
+  const std::string program = "python3 " + folder.file("bright.py", kBright).string();
+  const auto pull_of = [&](const std::string& values) {
+    GuidanceOptions options;
+    options.command = program + " " + values;
+    const GuidanceLoss loss(std::make_shared<Guidance>(options, folder / values), filmed.drawn, filmed.camera, {});
+    StateGradient<float> gradient = StateGradient<float>::zero(filmed.motion.start.size());
+    EXPECT_GT(loss.value_adjoint(std::span(&filmed.motion.start, 1), 1, std::span(&gradient, 1)), 10) << values;
+    float sum = 0;
+    for (const Vec3f& x : gradient.x) sum += x.cwiseAbs().sum();
+    return sum;
+  };
+  EXPECT_EQ(pull_of("bright"), 0);
+  EXPECT_GT(pull_of("others"), 0);
+}
+
 }  // namespace
 }  // namespace pliant

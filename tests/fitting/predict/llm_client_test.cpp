@@ -59,7 +59,7 @@ TEST(LlmClient, TakesAGoodAnswerAndSendsLabelViewAndKey) {
   EXPECT_EQ(sent["response_format"]["json_schema"]["schema"]["required"].size(), 4u);
 }
 
-TEST(LlmClient, RemembersAnswersByModelLabelAndView) {
+TEST(LlmClient, RemembersAnswersByServiceModelLabelAndView) {
   const TemporaryFolder folder;
   MockServer server([&](int connection, const std::string&) { reply(connection, envelope(kGood)); });
   LlmOptions options = options_for(server.url());
@@ -74,6 +74,14 @@ TEST(LlmClient, RemembersAnswersByModelLabelAndView) {
   EXPECT_FALSE(ask("tulip", "a"));
   options.model = "other";
   EXPECT_FALSE(ask("rose", "a"));
+  EXPECT_EQ(server.requests, 4);
+  // Another service that has a model of the same name is asked; the same one written otherwise is not.
+  MockServer other([&](int connection, const std::string&) { reply(connection, envelope(kGood)); });
+  options.url = other.url();
+  EXPECT_FALSE(ask("rose", "a"));
+  EXPECT_EQ(other.requests, 1);
+  options.url = server.url() + "/chat/completions";
+  EXPECT_TRUE(ask("rose", "a"));
   EXPECT_EQ(server.requests, 4);
   for (const auto& entry : std::filesystem::directory_iterator(folder / "cache")) write_text(entry.path(), "{");
   EXPECT_FALSE(ask("rose", "a")) << "a damaged file is asked for again";

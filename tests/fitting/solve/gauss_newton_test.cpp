@@ -51,13 +51,10 @@ TEST(GaussNewton, FindsTheParametersOfADampedSwing) {
   const std::vector<double> truth = {2, 1.5, 12};
   GaussNewtonOptions options;
   options.low = {0, 0, 0};
-  for (const bool central : {false, true}) {
-    options.central = central;
-    const auto fit = gauss_newton(options, against(swing(truth, 0, 0), 1), std::vector<double>{1, 0.2, 11});
-    EXPECT_TRUE(fit.summary.converged) << fit.summary.stopped_by;
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(fit.parameters[i], truth[i], 1e-5) << i;
-    EXPECT_TRUE(std::is_sorted(fit.summary.loss.rbegin(), fit.summary.loss.rend()));
-  }
+  const auto fit = gauss_newton(options, against(swing(truth, 0, 0), 1), std::vector<double>{1, 0.2, 11});
+  EXPECT_TRUE(fit.summary.converged) << fit.summary.stopped_by;
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(fit.parameters[i], truth[i], 1e-5) << i;
+  EXPECT_TRUE(std::is_sorted(fit.summary.loss.rbegin(), fit.summary.loss.rend()));
 }
 
 TEST(GaussNewton, TheJacobianOfASimilarProblemLeadsToTheSameParametersWithFewerRuns) {

@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "gaussians/base/camera.h"
+#include "gaussians/base/disjoint_sets.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/base/portable.h"
@@ -61,6 +64,30 @@ TEST(GaussianCloud, SelectAndAppendKeepEveryField) {
   EXPECT_EQ(chosen.position[0], b.position[2]);
   EXPECT_EQ(chosen.sh_of(0)[47], b.sh_of(2)[47]);
   EXPECT_EQ(chosen.opacity_logit[1], a.opacity_logit[0]);
+}
+
+TEST(GaussianCloud, ColorOfTheDcCoefficientIsItsBasisValueAboutGrey) {
+  // The first basis function is 1 / (2 sqrt pi).
+  const float sh[] = {0, 1, -2};
+  const Vec3f color = dc_color(sh);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(color[k], 0.5 + sh[k] / (2 * std::sqrt(std::numbers::pi)), 1e-7);
+    EXPECT_NEAR(sh_of_color(color[k]), sh[k], 1e-6);
+  }
+}
+
+TEST(DisjointSets, AreKnownByTheSmallestOfJoinedMembersAndByTheOneThatOthersJoinInto) {
+  DisjointSets sets(6);
+  EXPECT_TRUE(sets.join(4, 1));
+  EXPECT_TRUE(sets.join(2, 4));
+  for (const int i : {1, 2, 4}) EXPECT_EQ(sets.find(i), 1);
+  EXPECT_TRUE(sets.join_into(5, 3));
+  EXPECT_TRUE(sets.join_into(3, 2));
+  for (const int i : {1, 2, 3, 4, 5}) EXPECT_EQ(sets.find(i), 5);
+  EXPECT_FALSE(sets.join_into(4, 5));
+  EXPECT_EQ(sets.find(4), 5);
+  EXPECT_EQ(sets.add(), 6);
+  EXPECT_EQ(sets.find(0), 0);
 }
 
 TEST(OrderedSum, IsEqualBitForBitForAnyThreadCount) {

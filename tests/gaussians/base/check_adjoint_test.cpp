@@ -1,6 +1,6 @@
 // The judge of all adjoints: it must pass right ones and refuse slightly wrong ones.
 
-#include "gaussians/base/check_adjoint.h"
+#include "tests/check_adjoint.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include <functional>
 
-#include "gaussians/base/check_adjoint.h"
+#include "tests/check_adjoint.h"
 
 namespace pliant {
 namespace {

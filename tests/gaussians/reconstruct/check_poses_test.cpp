@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include "gaussians/base/lens.h"
 #include "tests/gaussians/photo_files.h"
 #include "tests/gaussians/textured_scene.h"
@@ -134,6 +136,69 @@ TEST(CheckPoses, FindPhotosThatWereTurnedAfterTheirPointsWereFound) {
   }
   expect_error(Failure::kInput, {"upside down", "--pose-convention turned", "feature matches"},
                [&] { check_poses({}, camera_file(truth), photos, observed_points(truth)); });
+}
+
+/// The cameras as a COLMAP text model with points that all of them see.
+void write_model(const TemporaryFolder& folder, const std::vector<Camera>& cameras, const SparsePoints& points) {
+  const auto text = [](const char* format, auto... values) {
+    char line[400];
+    std::snprintf(line, sizeof line, format, values...);
+    return std::string(line);
+  };
+  std::string lenses, images, rows;
+  std::vector<std::string> tracks(points.position.size());
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& k = cameras[c];
+    const Eigen::Quaterniond q(k.cam_from_world.linear());
+    const Eigen::Vector3d t = k.cam_from_world.translation();
+    lenses += text("%zu OPENCV %d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", c + 1, k.width, k.height, k.fx,
+                   k.fy, k.cx, k.cy, k.distortion[0], k.distortion[1], k.distortion[2], k.distortion[3]);
+    images += text("%zu %.17g %.17g %.17g %.17g %.17g %.17g %.17g %zu %s.jpg\n", c + 1, q.w(), q.x(), q.y(), q.z(),
+                   t.x(), t.y(), t.z(), c + 1, k.name.c_str());
+    for (size_t p = 0; p < tracks.size(); ++p) {
+      const Eigen::Vector2d pixel = *project(k, points.position[p].cast<double>());
+      images += text("%.9g %.9g %zu ", pixel.x(), pixel.y(), p);
+      tracks[p] += text(" %zu %zu", c + 1, p);
+    }
+    images += "\n";
+  }
+  for (size_t p = 0; p < tracks.size(); ++p) {
+    const Vec3f& x = points.position[p];
+    rows += text("%zu %.9g %.9g %.9g 9 9 9 0.5", p, x.x(), x.y(), x.z()) + tracks[p] + "\n";
+  }
+  folder.file("cameras.txt", lenses);
+  folder.file("images.txt", images);
+  folder.file("points3D.txt", rows);
+}
+
+/// Whoever answers the error about photos that were turned gets the points on the turned photos.
+TEST(CheckPoses, PointsOfColmapAgreeWithTheCamerasThatWereTurned) {
+  const TemporaryFolder folder;
+  std::vector<Camera> model = arc_of_cameras(6);
+  for (Camera& camera : model) camera.distortion = {0.1, -0.05, 0.01, -0.02, 0, 0};
+  write_model(folder, model, observed_points(model));
+  const SparsePoints given = read_sparse_points(folder.path(), model);
+  ASSERT_EQ(given.observations.size(), 600u);
+  const std::vector<Camera> turned = apply_convention(PoseConvention::kTurned, "COLMAP text", model);
+  const SparsePoints points = read_sparse_points(folder.path(), turned);
+  ASSERT_EQ(points.observations.size(), 600u);
+  for (size_t i = 0; i < 600; ++i) {
+    const Vec2f sum = points.observations[i].pixel + given.observations[i].pixel;
+    EXPECT_NEAR((sum - Vec2f(320, 240)).norm(), 0, 1e-2) << i;
+  }
+  std::vector<Camera> pinholes = turned;
+  for (Camera& camera : pinholes) camera.distortion = {};
+  const PoseReport report = check_poses({.refuse = false}, camera_file(pinholes),
+                                        with_cameras({std::vector<TrainingPhoto>(6), false, {}}, pinholes),
+                                        read_sparse_points(folder.path(), pinholes));
+  EXPECT_EQ(report.points.best, PoseConvention::kAsGiven);
+  EXPECT_GT(report.points.fits[0].share, 0.99);
+  EXPECT_TRUE(report.warnings.empty());
+  // Where the poses are read in another way, the photos show the points where they are.
+  const std::vector<Camera> inverse = apply_convention(PoseConvention::kInverse, "COLMAP text", model);
+  const SparsePoints seen = read_sparse_points(folder.path(), inverse);
+  for (size_t i = 0; i < 600; ++i)
+    EXPECT_NEAR((seen.observations[i].pixel - given.observations[i].pixel).norm(), 0, 1e-2) << i;
 }
 
 TEST(CheckPoses, WarnOfAnotherReadingWhenTheUserHasChosen) {

@@ -5,12 +5,12 @@
 #include <omp.h>
 
 #include "gaussians/base/adam.h"
-#include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/error.h"
 #include "gaussians/reconstruct/adam_rows.h"
 #include "gaussians/reconstruct/exposure.h"
 #include "gaussians/reconstruct/schedule.h"
 #include "gaussians/reconstruct/start_cloud.h"
+#include "tests/check_adjoint.h"
 #include "tests/gaussians/made_photos.h"
 
 namespace pliant {

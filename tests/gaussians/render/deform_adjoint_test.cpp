@@ -3,10 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/render/image_loss.h"
 #include "gaussians/render/render_as.h"
+#include "tests/check_adjoint.h"
+#include "tests/gaussians/cloud_cast.h"
 #include "tests/gaussians/made_motion.h"
 
 namespace pliant {

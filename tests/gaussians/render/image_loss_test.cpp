@@ -7,8 +7,8 @@
 
 #include <algorithm>
 
-#include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/portable.h"
+#include "tests/check_adjoint.h"
 
 namespace pliant {
 namespace {

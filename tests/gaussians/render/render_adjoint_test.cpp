@@ -3,11 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/render/project_input.h"
 #include "gaussians/render/render_as.h"
 #include "gaussians/render/splat_kernels.h"
+#include "tests/check_adjoint.h"
+#include "tests/gaussians/cloud_cast.h"
 
 namespace pliant {
 namespace {

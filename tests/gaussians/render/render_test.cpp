@@ -11,6 +11,7 @@
 #include "gaussians/base/random.h"
 #include "gaussians/render/blend_weights.h"
 #include "gaussians/render/render_as.h"
+#include "tests/gaussians/cloud_cast.h"
 #include "tests/gaussians/render/random_gaussians.h"
 #include "tests/gaussians/render/reference_renderer.h"
 

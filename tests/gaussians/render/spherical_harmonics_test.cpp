@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
+#include "tests/check_adjoint.h"
 
 namespace pliant {
 namespace {

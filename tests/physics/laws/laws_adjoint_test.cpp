@@ -4,8 +4,8 @@
 
 #include <functional>
 
-#include "gaussians/base/check_adjoint.h"
 #include "physics/laws/law.h"
+#include "tests/check_adjoint.h"
 #include "tests/physics/laws/laws_cases.h"
 
 namespace pliant {

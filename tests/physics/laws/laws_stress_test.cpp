@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
 #include "physics/laws/law.h"
+#include "tests/check_adjoint.h"
 #include "tests/physics/laws/laws_cases.h"
 
 namespace pliant {

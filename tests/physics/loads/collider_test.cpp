@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/linear_algebra.h"
 #include "physics/mpm/node_conditions.h"
 #include "physics/simulate/simulate.h"
+#include "tests/check_adjoint.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

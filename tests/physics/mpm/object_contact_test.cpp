@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
 #include "physics/simulate/simulate.h"
+#include "tests/check_adjoint.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
 #include "gaussians/base/random.h"
 #include "physics/mpm/contact_list.h"
 #include "physics/mpm/mpm.h"
+#include "tests/check_adjoint.h"
 #include "tests/physics/shapes.h"
 
 namespace pliant {

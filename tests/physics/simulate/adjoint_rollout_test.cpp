@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include "gaussians/base/check_adjoint.h"
+#include "tests/check_adjoint.h"
 #include "tests/physics/simulate/adjoint_rollout_case.h"
 
 namespace pliant {

@@ -369,7 +369,8 @@ TEST(Interaction, AnObstacleOfLessThanThreeCellsIsReportedAndWhyItMayHaveMissed)
   thick.region = Region::box(Vec3d(0, 0, 0.1), Vec3d(0.04, 0.04, 0.135));
   const auto warnings = run.go({thin, thick}).summary.warnings;
   ASSERT_EQ(warnings.size(), 3u);
-  EXPECT_NE(warnings[0].find("interaction 0 (collider) is only 0.0125 m"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("interaction 0 (collider) has a half-thickness of only 0.0125 m"), std::string::npos)
+      << warnings[0];
   EXPECT_NE(warnings[1].find("interaction 0 (collider) touched nothing: it may be too thin"), std::string::npos);
   EXPECT_EQ(warnings[2], "interaction 1 (collider) touched nothing");
   thin.contact = ContactKind::kSticky;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "gaussians/base/error.h"
 #include "tests/physics/shapes.h"
 
@@ -134,7 +136,9 @@ TEST(Session, AnImpulseEndsWithItsFrameAndASpanWithItsDuration) {
     EXPECT_TRUE(session.acts(number));
     session.advance();
     EXPECT_FALSE(session.acts(number));
+    EXPECT_EQ(session.force(number), Vec3d::Zero());
     EXPECT_EQ(session.acts(span), f < 2) << f;
+    EXPECT_NEAR(session.force(span).y(), f < 2 ? 1e-3 : 0, 1e-6) << f;
   }
   Vec3d momentum = Vec3d::Zero();
   for (size_t i = 0; i < bar.particles.size(); ++i)
@@ -173,6 +177,46 @@ TEST(Session, WhatWasHeldAsItWasCapturedStaysInEquilibriumWhenHeldElsewhere) {
   EXPECT_LT(largest, 1e-5) << "gravity would draw it out by some tenths of a millimetre";
 }
 
+/// Upward force [N] of a pin at the top of the bar, once all is at rest, where it begins before some frame and what
+/// holds the foot was let go one frame before, if anything did.
+double force_of_pin_from(int frame, bool held) {
+  Bar bar;
+  bar.options.damping_time = 0.05;
+  Session session = held ? bar.session() : Session(bar.options, bar.particles, {}, initial_state(bar.particles));
+  Interaction top = bar.pin;
+  top.region = Region::half_space(Vec3d(0, 0, 0.065), Vec3d(0, 0, -1));
+  int number = -1;
+  for (int f = 0; f < 100; ++f) {
+    if (held && f + 1 == frame) session.end(0);
+    if (f == frame) number = session.begin(top);
+    session.advance();
+  }
+  return session.force(number).z();
+}
+
+// Equilibrium: a pin carries the weight of what nothing held as it was captured, and nothing of what was held, whenever
+// it begins and however strong the damping is.
+TEST(Session, WhatHeldTheBodyAsItWasCapturedSaysWhetherALaterPinCarriesItsWeight) {
+  const double weight = 9.81 * Bar().particles.total_mass();
+  for (const int frame : {0, 1, 2}) {
+    EXPECT_NEAR(force_of_pin_from(frame, false), weight, 1e-3 * weight) << frame;
+    if (frame > 0) EXPECT_NEAR(force_of_pin_from(frame, true), 0, 1e-3 * weight) << frame;
+  }
+}
+
+// In the middle of a motion: a pin before the first frame holds its particles where they are, not where they were at
+// rest, 3 cm beside.
+TEST(Session, APinBeforeTheFirstFrameHoldsThingsWhereTheyAre) {
+  Bar bar;
+  bar.options.gravity = Vec3d::Zero();
+  SimulationState start = initial_state(bar.particles);
+  for (Vec3f& x : start.x) x.x() += 0.03f;
+  Session session(bar.options, bar.particles, {}, start);
+  session.begin(bar.pin);
+  session.advance();
+  for (size_t i = 0; i < start.size(); ++i) ASSERT_LT((session.state().x[i] - start.x[i]).norm(), 1e-5f) << i;
+}
+
 TEST(Session, AFrameThatNeedsTooManySubstepsFailsAtOnceAndLeavesTheState) {
   Bar bar;
   bar.options.max_substeps = 40;
@@ -184,6 +228,109 @@ TEST(Session, AFrameThatNeedsTooManySubstepsFailsAtOnceAndLeavesTheState) {
   expect_equal(session.state(), before);
   session.set({1, 0, bar.options.gravity});
   EXPECT_NO_THROW(session.advance());
+}
+
+// A block flies against a finger that stays where it is.
+TEST(Session, AFingerThatStaysTakesNoMorePathAndActsAsOnePlannedPointByPoint) {
+  constexpr int kFrames = 1000;
+  Bar bar;
+  bar.options.gravity = Vec3d::Zero();
+  bar.particles = fixture::block<float>({0.02, 0.02, 0.02}, 0.01, 0.5, 1e3);
+  Interaction finger;
+  finger.type = InteractionType::kPoke;
+  const Vec3d place(-0.02, 0.01, 0.01);
+  finger.region = Region::sphere(place, 0.015);
+  finger.path = {{0, place}};
+  SimulationState start = initial_state(bar.particles);
+  std::fill(start.v.begin(), start.v.end(), Vec3f(-0.05f, 0, 0));
+  Session idle(bar.options, bar.particles, {finger}, start);
+  for (int f = 0; f < kFrames; ++f) finger.path.push_back({(f + 1) / bar.options.fps, place});
+  Session planned(bar.options, bar.particles, {finger}, start);
+  for (int f = 0; f < kFrames; ++f) {
+    idle.advance();
+    planned.advance();
+  }
+  expect_equal(idle.state(), planned.state());
+  EXPECT_GT(idle.state().x[0].x() - start.x[0].x(), -0.25f) << "0.5 m without the finger";
+  EXPECT_LE(idle.history()[0].path.size(), 3u);
+  EXPECT_NEAR(idle.history()[0].path.back().time, kFrames / bar.options.fps, 1e-9);
+}
+
+/// A block of 0.04 m that has fallen asleep on a ground.
+Session sleeper(const Interaction& ground) {
+  SimulateOptions options;
+  options.fps = 100;
+  options.sleep_speed = 0.5;
+  const Particles block = fixture::block<float>({0.04, 0.04, 0.04}, 0.01, 0.5, 2e4);
+  return Session(options, block, {ground}, initial_state(block));
+}
+
+void fall_asleep(Session& session) {
+  const auto awake = [&] {
+    const std::vector<float>& quiet = session.state().quiet_time;
+    return quiet.empty() || *std::min_element(quiet.begin(), quiet.end()) < 0.1f;
+  };
+  session.advance();
+  for (int f = 0; f < 200 && awake(); ++f) session.advance();
+  ASSERT_FALSE(awake());
+}
+
+/// Mean height of the particles [m].
+float height(const Session& session) {
+  float sum = 0;
+  for (const Vec3f& x : session.state().x) sum += x.z();
+  return sum / static_cast<float>(session.state().size());
+}
+
+/// By how much they rise in 0.2 s.
+float rise(Session& session) {
+  const float before = height(session);
+  for (int f = 0; f < 20; ++f) session.advance();
+  return height(session) - before;
+}
+
+// Free fall of 0.2 s: g t^2 / 2.
+TEST(Session, WhatSleepsNoticesThatWhatHeldItIsGoneAndThatGravityAndStiffnessAreOthers) {
+  constexpr float kWay = 0.2f * 0.2f / 2;
+  Interaction ground;
+  ground.type = InteractionType::kGround;
+  ground.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitZ());
+  {
+    Session session = sleeper(ground);
+    fall_asleep(session);
+    session.end(0);
+    EXPECT_NEAR(rise(session), -9.81f * kWay, 0.02f);
+  }
+  {
+    Session session = sleeper(ground);
+    fall_asleep(session);
+    session.set({1, 0, Vec3d(0, 0, 10)});
+    EXPECT_NEAR(rise(session), 10 * kWay, 0.02f);
+  }
+  {
+    Session session = sleeper(ground);
+    fall_asleep(session);
+    session.set({0.1, 0, Vec3d(0, 0, -9.81)});
+    const float before = height(session);
+    float lowest = before;
+    for (int f = 0; f < 20; ++f) {
+      session.advance();
+      lowest = std::min(lowest, height(session));
+    }
+    EXPECT_LT(lowest, before - 1e-3f) << "its weight lowers its middle by rho g h^2 / 3 E = 2.6 mm";
+  }
+  {
+    Session session = sleeper(ground);
+    fall_asleep(session);
+    Interaction pin;
+    pin.type = InteractionType::kPin;
+    pin.region = Region::half_space(Vec3d(0, 0, 0.1), Vec3d::UnitZ());
+    const int hold = session.begin(pin);
+    session.end(0);
+    fall_asleep(session);
+    session.end(hold);
+    EXPECT_NEAR(rise(session), -9.81f * kWay, 0.02f);
+  }
 }
 
 TEST(Session, ASofterBodyGivesMore) {

@@ -95,6 +95,32 @@ TEST(Simulate, AHopelessFrameIsANumericalFailureAfterTheLastGoodFrame) {
   EXPECT_EQ(frames, 3);
 }
 
+TEST(Simulate, AnUnstableFrameNamesTheSubstepsThatWereTriedOrTheirMaximum) {
+  const auto particles = fixture::block<double>({0.04, 0.04, 0.06}, 0.01);
+  Interaction blow;
+  blow.type = InteractionType::kPointForce;
+  blow.vector = Vec3d(1e30, 0, 0);
+  blow.region = Region::sphere(Vec3d(0.02, 0.02, 0.05), 0.02);
+  SimulateOptions options = options_of(30, 0.1);
+  options.substeps = 8;
+  const auto said = [&] {
+    try {
+      simulate<double>(options, particles, {blow}, initial_state(particles));
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure, Failure::kNumerical);
+      return error.problem;
+    }
+    return std::string("no error");
+  };
+  options.max_retries = 0;
+  EXPECT_EQ(said(), "frame 1 stays unstable with 8 substeps");
+  options.max_retries = 4;
+  options.max_substeps = 10;
+  EXPECT_EQ(said(), "frame 1 stays unstable with 8 substeps and needs more than the maximum of 10 substeps");
+  options.max_substeps = 5;
+  EXPECT_EQ(said(), "frame 1 needs more than the maximum of 5 substeps");
+}
+
 TEST(Simulate, WarnsWhereTheGridLocks) {
   SimulateOptions options;
   options.duration = 0;

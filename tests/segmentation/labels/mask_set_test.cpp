@@ -114,8 +114,8 @@ void write_rectangle(const std::filesystem::path& file, int x0, int y0, int x1, 
 
 TEST(MaskSet, FoldersOfOneObjectAreIdsInTheOrderOfTheirNames) {
   TemporaryFolder folder;
-  write_rectangle(folder / "red apple/photo0.png", 0, 0, 2, 2);
-  write_rectangle(folder / "red apple/photo2.png", 1, 0, 3, 2, 1);  // ones and zeros
+  for (const auto& [name, x] : {std::pair{"photo0", 0}, {"photo2", 1}})  // ones and zeros
+    write_rectangle(folder / "red apple" / (name + std::string(".png")), x, 0, x + 2, 2, 1);
   write_rectangle(folder / "egg/photo0.png", 3, 1, 6, 4);
   const MaskSet masks = load_masks(folder.path(), "", cameras(3));
   EXPECT_EQ(masks.name_of(1), "egg");
@@ -157,6 +157,14 @@ TEST(MaskSet, FoldersNamedByWholeNumbersAreTheirIds) {
   write_rectangle(folder / "12/photo0.png", 0, 0, 2, 2);
   write_rectangle(folder / "70001/photo0.png", 4, 0, 6, 2);
   EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).ids(), (std::vector<uint32_t>{12, 70001, 70002}));
+}
+
+TEST(MaskSet, NumbersThatNoPictureHoldsAreNamesOfTheirFolders) {
+  TemporaryFolder folder;
+  write_rectangle(folder / "12/photo0.png", 0, 0, 2, 2);
+  write_rectangle(folder / std::to_string(kLargestId + 1) / "photo0.png", 4, 0, 6, 2);
+  EXPECT_EQ(load_masks(folder.path(), "", cameras(1)).names,
+            (std::map<uint32_t, std::string>{{1, "12"}, {2, "16777216"}, {3, "background"}}));
 }
 
 TEST(MaskSet, NamesOfFoldersAreNotReplacedByAFileElsewhere) {

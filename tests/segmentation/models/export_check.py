@@ -294,7 +294,10 @@ def grounding_dino(picture, out):
             text = (masks.float() / masks.float().sum(2, keepdim=True)) @ text
             seen = (samples.tensors * ~samples.mask[:, None]).mean((2, 3))
             logits = self.look(seen).reshape(1, 5, 8) @ text.transpose(1, 2)
-            logits = logits.masked_fill(~tokens["attention_mask"].bool()[:, None], float("-inf"))
+            padding = ~tokens["attention_mask"].bool()[:, None]
+            # Every piece has a probability above 0.7, so that a detector finds something.
+            logits = logits + 1 - logits.masked_fill(padding, float("inf")).amin()
+            logits = logits.masked_fill(padding, float("-inf"))
             return {"pred_logits": logits, "pred_boxes": self.box(seen).reshape(1, 5, 4).sigmoid()}
 
     package("groundingdino.models", build_model=lambda config: Model())

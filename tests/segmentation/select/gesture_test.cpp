@@ -71,6 +71,23 @@ struct GestureTest : ::testing::Test {
     return x.cast<float>();
   }
 
+  /// The `count` Gaussians of a ball's near side whose centres lie nearest to a pixel.
+  std::vector<size_t> nearest_to(const Vec2f& pixel, int camera, uint32_t id, size_t count) const {
+    const Vec3f eye = scene.cameras[camera].centre().cast<float>();
+    std::vector<std::pair<float, size_t>> found;
+    for (size_t p = 0; p < scene.truth.size(); ++p) {
+      const Vec3f& x = scene.cloud.position[p];
+      Eigen::Vector2d at;
+      if (scene.truth[p] != id || !project_point(scene.cameras[camera], x, at)) continue;
+      const Vec3f outwards = rotation_matrix<float>(scene.cloud.rotation[p]).col(2);
+      if (outwards.dot(eye - x) > 0) found.emplace_back((at.cast<float>() - pixel).norm(), p);
+    }
+    std::sort(found.begin(), found.end());
+    std::vector<size_t> out;
+    for (size_t k = 0; k < std::min(count, found.size()); ++k) out.push_back(found[k].second);
+    return out;
+  }
+
   double iou(const GestureResult& result, uint32_t id) const {
     size_t both = 0, either = 0;
     for (size_t p = 0; p < scene.truth.size(); ++p) {
@@ -171,10 +188,14 @@ TEST_F(GestureTest, GrowingAddsWhatTouchesAndShrinkingTakesTheBorder) {
       if (plain.selected(q)) nearest = std::min(nearest, (scene.cloud.position[p] - scene.cloud.position[q]).norm());
     EXPECT_LT(nearest, 0.15f);
   }
-  // What a stroke marks stays as it says.
-  gesture.grow = -1;
+  // What a stroke marks stays as it says, though the rest goes from the border to the far side.
+  gesture.grow = -30;
   const auto clicked = gesture.strokes;
   const GestureResult less = select(gesture);
+  EXPECT_LT(less.summary.selected, plain.summary.selected / 2);
+  const std::vector<size_t> under = nearest_to(centre_of(0, 1), 1, 300, 3);
+  ASSERT_EQ(under.size(), 3u);
+  for (const size_t p : under) EXPECT_TRUE(less.selected(p)) << "the click shows Gaussian " << p;
   gesture.strokes.push_back(clicked[0]);
   gesture.strokes.back().points = {centre_of(1, 1)};
   gesture.strokes.back().foreground = false;
@@ -182,7 +203,6 @@ TEST_F(GestureTest, GrowingAddsWhatTouchesAndShrinkingTakesTheBorder) {
   const GestureResult most = select(gesture);
   EXPECT_GT(most.summary.selected, 2 * plain.summary.selected);
   EXPECT_LT(most.summary.selected, scene.truth.size()) << "the stroke marks background";
-  EXPECT_GT(less.summary.selected, 0u);
   gesture.strokes = {};
   gesture.boxes = {box_of(300, 4, 0.05f)};
   const GestureResult boxed = select(gesture);

@@ -111,6 +111,7 @@ TEST_F(Study, UselessListsAreRefusedByTheirKey) {
   refuse("/seed"_json_pointer, 0.5, {"seed", "0.5"});
   refuse("/ratings"_json_pointer, json::array({{{"name", "q"}, {"text", "?"}, {"lowest", 3}, {"highest", 2}}}),
          {"highest"});
+  refuse("/questions"_json_pointer, json::array(), {"checks", "questions"});
   list_["questions"] = list_["ratings"] = json::array();
   expect_error(Failure::kUsage, {"questions", "ask something"}, [&] { read_study(write_list()); });
 }
@@ -258,6 +259,12 @@ TEST_F(Study, KnownAnswersGiveKnownStatistics) {
   EXPECT_EQ(found["professionals"], 3);
   EXPECT_TRUE(found["excluded"].empty() && found["incomplete"].empty());
   EXPECT_NE(markdown_of(study_tables(found)[1]).find("27 of 30"), std::string::npos);
+  for (const auto& [level, words] : {std::pair{0.95, "(95 % intervals"}, {0.975, "(97.5 % intervals"}}) {
+    json other = found;
+    other["level"] = level;
+    for (const size_t table : {1, 2})
+      EXPECT_NE(study_tables(other)[table].title.find(words), std::string::npos) << study_tables(other)[table].title;
+  }
 
   // The command writes the same, and takes level and resamples.
   const auto tables = [&](const std::string& name, const std::vector<std::string>& options) {

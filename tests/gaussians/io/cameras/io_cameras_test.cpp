@@ -11,6 +11,7 @@
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/splats/ply.h"
 #include "tests/gaussians/format_files.h"
+#include "tests/gaussians/photo_files.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -378,6 +379,62 @@ TEST(Cameras, PathsOfPhotosMayBeThoseOfWindows) {
   // A name that holds one is that of the file that there is.
   write_image(folder / "odd\\name.png", ImageF(320, 240, 3));
   EXPECT_EQ(find_photo({}, {folder / "."}, "odd\\name"), folder / "odd\\name.png");
+}
+
+TEST(Cameras, OfEverySizeFollowAPhotoOfTheirs) {
+  const TemporaryFolder folder;
+  std::vector<Camera> cameras = some_cameras();
+  const std::pair<int, int> sizes[] = {{1957, 1091}, {1959, 1089}, {1959, 1089}}, photos[] = {{489, 273}, {490, 272}};
+  const auto write = [&](const std::string& name, std::pair<int, int> size) {
+    folder.file(name, encoded(".png", picture_of(size.first, size.second, [](int, int, int) { return 0; })));
+  };
+  for (int i = 0; i < 3; ++i) {
+    cameras[i] = cameras[i].resized(sizes[i].first, sizes[i].second);
+    cameras[i].photo = (folder / (cameras[i].name + ".png")).string();
+    write(cameras[i].name + ".png", photos[std::min(i, 1)]);
+  }
+  EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
+  const CameraFile file = read_cameras(folder / "t.json");
+  for (int i = 0; i < 3; ++i) {
+    const auto& [width, height] = photos[std::min(i, 1)];
+    EXPECT_EQ(file.cameras[i].width, width) << i;
+    EXPECT_EQ(file.cameras[i].height, height) << i;
+    EXPECT_NEAR(file.cameras[i].fx * sizes[i].first, cameras[i].fx * width, 1e-6) << i;
+    EXPECT_NEAR(file.cameras[i].cy * sizes[i].second, cameras[i].cy * height, 1e-6) << i;
+  }
+  EXPECT_EQ(file.warnings.size(), 1u);
+  // Sizes of cameras may be the rounded ones.
+  for (int i = 0; i < 3; ++i) {
+    write(cameras[i].name + ".png", sizes[i]);
+    cameras[i] = cameras[i].resized(photos[std::min(i, 1)].first, photos[std::min(i, 1)].second);
+  }
+  EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(read_cameras(folder / "t.json").cameras[i].height, sizes[i].second) << i;
+  // One that cannot be read is scaled as the first.
+  for (int i = 1; i < 3; ++i) folder.file(cameras[i].name + ".png", "no image");
+  EXPECT_EQ(read_cameras(folder / "t.json").cameras[1].width, std::lround(490 * 1957.0 / 489));
+}
+
+TEST(Cameras, MayBeThoseOfPhotosThatTheirOrientationTurns) {
+  const TemporaryFolder folder;
+  std::vector<Camera> cameras = some_cameras();
+  const auto write_photos = [&](int width, int height, int orientation) {
+    const std::string stored = encoded(".jpg", picture_of(width, height, [](int x, int, int) { return x; }));
+    for (Camera& camera : cameras)
+      camera.photo = folder.file(camera.name + ".jpg", with_orientation(stored, orientation, true)).string();
+  };
+  for (Camera& camera : cameras) camera = camera.resized(30, 40);
+  for (const int scale : {1, 2}) {
+    write_photos(40 * scale, 30 * scale, 6);
+    EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
+    const CameraFile file = read_cameras(folder / "t.json");
+    EXPECT_EQ(file.cameras[1].width, 30 * scale);
+    EXPECT_EQ(file.cameras[1].height, 40 * scale);
+    EXPECT_NEAR(file.cameras[1].cx, scale * cameras[1].cx, 1e-6);
+    EXPECT_EQ(file.warnings.size(), scale == 1 ? 0u : 1u);
+  }
+  write_photos(40, 30, 3);
+  expect_error(Failure::kInput, {"view_0.jpg", "40 x 30", "30 x 40"}, [&] { read_cameras(folder / "t.json"); });
 }
 
 TEST(Cameras, NamesOfCamerasStayInTheFolderOfTheirFiles) {

@@ -67,6 +67,7 @@ class Model {
   }
 
   std::vector<Camera> cameras_;
+  std::string photos_[2] = {"folder/left.jpg", "folder/right.jpg"};
 
  private:
   static std::string binary_camera() {
@@ -92,8 +93,6 @@ class Model {
       for (int p = 0; p < 3 - i; ++p) feature(i, p, *project(cameras_[i], kPoints[p]));
     }
   }
-  std::string name_of(int i) const { return "folder/" + cameras_[i].name + ".jpg"; }
-
   std::string binary_images() const {
     std::string bytes;
     put(bytes, uint64_t(2));
@@ -101,7 +100,7 @@ class Model {
            [&](int i, int p, const Eigen::Vector2d& x) {
              if (p >= 0) return put(bytes, x.x()), put(bytes, x.y()), put(bytes, int64_t(100 + p));
              put(bytes, uint32_t(1));
-             bytes += name_of(i) + '\0';
+             bytes += photos_[i] + '\0';
              put(bytes, uint64_t(3 - i));
            });
     return bytes;
@@ -112,7 +111,7 @@ class Model {
            [&](int i) { text += i == 0 ? "7" : "\n9"; },
            [&](int i, int p, const Eigen::Vector2d& x) {
              if (p < 0)
-               text.append(" 1 ").append(name_of(i)).append("\n");
+               text.append(" 1 ").append(photos_[i]).append("\n");
              else
                text += std::to_string(x.x()) + " " + std::to_string(x.y()) + " " + std::to_string(100 + p) + " ";
            });
@@ -160,6 +159,24 @@ TEST(SparsePoints, ObservationsFollowCamerasThatWereReorderedScaledOrUndistorted
   // Photos that are not there have no observations.
   cameras[0].name = "another";
   EXPECT_EQ(read_sparse_points(folder.path(), cameras).observations.size(), 3u);
+}
+
+TEST(SparsePoints, ObservationsOfAPhotoThatIsNotThereAreNotThoseOfOneWithItsStem) {
+  for (const char* separator : {"/", "\\"}) {
+    const TemporaryFolder folder;
+    Model model;
+    model.photos_[0] = std::string("cam1") + separator + "0001.jpg";
+    model.photos_[1] = std::string("cam2") + separator + "0001.jpg";
+    model.write(folder, true);
+    Camera camera = model.cameras_[1];
+    camera.name = "0001";
+    camera.photo = "images/cam2/0001.jpg";
+    const SparsePoints points = read_sparse_points(folder.path(), {camera});
+    EXPECT_EQ(points.observations.size(), 2u);
+    EXPECT_LT(worst_reprojection(points, {camera}), 1e-3);
+    camera.photo = "images/my_cam2/0001.jpg";
+    EXPECT_TRUE(read_sparse_points(folder.path(), {camera}).observations.empty());
+  }
 }
 
 TEST(SparsePoints, TheirFileIsFoundWithoutBeingRead) {

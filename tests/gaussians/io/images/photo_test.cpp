@@ -73,6 +73,22 @@ TEST(Photo, ItsHeadTellsSizeAndOrientationAsStored) {
   EXPECT_EQ(read_photo_head(folder / "none.jpg").width, 0);
 }
 
+TEST(Photo, ItsHeadIsReadBehindLongMetadata) {
+  const TemporaryFolder folder;
+  const std::string turned = with_orientation(encoded(".jpg", gradient(24, 16)), 6, true);
+  std::string metadata;
+  for (int k = 0; k < 5; ++k) metadata += std::string("\xff\xe1\xff\xff", 4) + std::string(65533, 'x');
+  const size_t exif_end = 4 + 32 + 2;  // start of image, and the segment with its 6 + 26 bytes
+  ASSERT_EQ(turned[exif_end], '\xff');
+  for (const size_t at : {size_t(2), exif_end}) {
+    const std::string bytes = turned.substr(0, at) + metadata + turned.substr(at);
+    const PhotoHead head = read_photo_head(folder.file("a.jpg", bytes));
+    EXPECT_EQ(head.width, 24) << at;
+    EXPECT_EQ(head.height, 16) << at;
+    EXPECT_EQ(head.orientation, 6) << at;
+  }
+}
+
 TEST(Photo, AxesOfTheUprightPictureAreThoseAlongWhichItIsTurned) {
   ImageU8 stored(3, 2, 1);
   for (int k = 0; k < 6; ++k) stored.data[k] = static_cast<uint8_t>(k);

@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "gaussians/base/check_adjoint.h"
 #include "physics/laws/law.h"
 #include "physics/mpm/adjoint/node_update_adjoint.h"
 #include "physics/mpm/bspline.h"
 #include "physics/mpm/kernels/step_adjoint_view.h"
+#include "tests/check_adjoint.h"
 #include "tests/instruction_sets.h"
 
 namespace pliant {
