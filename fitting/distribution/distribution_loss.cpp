@@ -17,7 +17,7 @@ std::unique_ptr<DistributionLoss> make_distribution_loss(const DistributionNetwo
   using Factory = DistributionLoss* (*)(const DistributionNetwork&, int, bool);
   CHECK(threads > 0);
   static const auto factory = reinterpret_cast<Factory>(module_function(
-      "pliant_distribution.so", "pliant_make_distribution_loss", kTorchAdvice + "use the network that ships"));
+      "pliant_distribution.so", "pliant_make_distribution_loss", kTorchAdvice + "use the bundled network"));
   return std::unique_ptr<DistributionLoss>(factory(network, threads, in_double));
 }
 

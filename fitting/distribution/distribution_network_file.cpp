@@ -14,12 +14,12 @@ constexpr const char* kKind = "pliant distribution network 1";
 
 DistributionNetwork network_of(const SafeTensors& content, const std::string& file) {
   const auto wrong = [&](const std::string& field, const std::string& problem) {
-    return input_error(file, field, problem, "train again with train-predictor, or take the weights that ship");
+    return input_error(file, field, problem, "train again with train-predictor, or use the bundled weights");
   };
   if (content.text("kind", file) != kKind)
     throw wrong("kind", "is '" + content.text("kind", file) + "', not '" + kKind + "'");
   if (content.text("features", file) != feature_names())
-    throw wrong("features", "are others than this version computes");
+    throw wrong("features", "differ from those that this version computes");
   DistributionNetwork n;
   std::istringstream hidden(content.text("hidden", file));
   if (!(hidden >> n.size.hidden) || n.size.hidden < 1 || n.size.hidden > 1024) throw wrong("hidden", "is no width");
@@ -44,7 +44,7 @@ DistributionNetwork network_of(const SafeTensors& content, const std::string& fi
   n.tail = calibration[4];
   for (const auto& [name, array] : content.arrays)
     for (const float v : array.values)
-      if (!std::isfinite(v)) throw wrong(name, "has values that are no numbers");
+      if (!std::isfinite(v)) throw wrong(name, "contains values that are not finite");
   if (!(n.wide_sigma > 0 && n.temperature > 0 && n.wide_weight >= 0 && n.wide_weight < 1 && n.tail > 0 &&
         n.tail < 0.5f))
     throw wrong("calibration", "is outside of its range");

@@ -9,7 +9,7 @@ namespace {
 const std::vector<ObjectFamily>& all_families() {
   static const std::vector<ObjectFamily> all = [] {
     std::vector<ObjectFamily> out;
-    for (const auto& group : {plant_families(), vessel_families(), soft_families(), made_families()})
+    for (const auto& group : {plant_families(), vessel_families(), soft_families(), made_families(), mixed_families()})
       out.insert(out.end(), group.begin(), group.end());
     return out;
   }();

@@ -127,11 +127,8 @@ void add_blossom(ObjectBuilder& b, const PlantTissue& t, int petal_part, int hea
           return Substance{t.petal * std::pow(0.5, p.along), 0.35, 750};
         });
   }
-  Mat3f axes;
-  axes.col(2) = axis.normalized();
-  axes.col(0) = across_axis(axis, 0);
-  axes.col(1) = axes.col(2).cross(axes.col(0));
-  b.add(Ellipsoid(centre, Vec3f(disc, disc, 0.5f * disc), axes), head_part, heart, Substance{t.head, 0.35, 850});
+  b.add(Ellipsoid(centre, Vec3f(disc, disc, 0.5f * disc), axes_along(axis)), head_part, heart,
+        Substance{t.head, 0.35, 850});
 }
 
 }  // namespace pliant

@@ -32,7 +32,8 @@ struct ObjectFamily {
 std::vector<ObjectFamily> plant_families();   ///< stems, leaves, flesh that grows
 std::vector<ObjectFamily> vessel_families();  ///< walls with or without something inside
 std::vector<ObjectFamily> soft_families();    ///< cloth, foam, crumb
-std::vector<ObjectFamily> made_families();    ///< furniture, tools, things of several kinds
+std::vector<ObjectFamily> made_families();    ///< furniture, lamps, books
+std::vector<ObjectFamily> mixed_families();   ///< toys, tools, baskets, whatever stands together: hard and soft parts
 
 /// Substances that several families share, drawn from their ranges.
 Substance wood(ObjectBuilder& b);

@@ -11,8 +11,6 @@ Substance frame(ObjectBuilder& b) {
   return kind < 0.5 ? wood(b) : kind < 0.8 ? metal(b) : plastic(b);
 }
 
-std::vector<Vec3f> straight(const Vec3f& from, const Vec3f& to) { return {from, to}; }
-
 void make_table(ObjectBuilder& b) {
   const float height = metres(b.log_between(0.3, 0.9)), half = height * metres(b.between(0.5, 1.1)),
               deep = half * metres(b.between(0.5, 1));

@@ -30,14 +30,6 @@ ObjectBuilder::Filling stuffed(const Upholstery& u, float smallest) {
   };
 }
 
-Mat3f turned_to(const Vec3f& axis) {
-  Mat3f axes;
-  axes.col(2) = axis.normalized();
-  axes.col(0) = across_axis(axis, 0);
-  axes.col(1) = axes.col(2).cross(axes.col(0));
-  return axes;
-}
-
 void add_seam(ObjectBuilder& b, int part, const Upholstery& u, const std::vector<Vec3f>& chain, float radius,
               const Vec3f& colour) {
   b.add(Tube(chain, radius, radius), part, colour, stiffer(u.cover, u.seam));
@@ -59,7 +51,7 @@ void make_soft_toy(ObjectBuilder& b) {
   const int body = b.new_part(), head = b.new_part(), limb = b.new_part(), eye = b.new_part(), seam = b.new_part();
   const auto lump = [&](int part, const Vec3f& centre, const Vec3f& radii, const Vec3f& axis, const Vec3f& colour) {
     b.add(
-        Ellipsoid(centre, radii, turned_to(axis)), part, [colour](const ShapePoint&) { return colour; },
+        Ellipsoid(centre, radii, axes_along(axis)), part, [colour](const ShapePoint&) { return colour; },
         stuffed(u, radii.minCoeff()));
   };
   const float tall = metres(b.between(1, 1.6)), size = metres(b.between(0.6, 1));
@@ -89,7 +81,7 @@ void make_cushion(ObjectBuilder& b) {
   const float r = metres(b.log_between(0.1, 0.4)), flat = metres(b.between(0.2, 0.5));
   const bool upright = b.chance(0.4);
   const Vec3f colour = b.any_colour(), up = upright ? Vec3f::UnitY() : Vec3f::UnitZ();
-  const Mat3f axes = turned_to(up);
+  const Mat3f axes = axes_along(up);
   const int body = b.new_part(), seam = b.new_part(), button = b.new_part();
   const Vec3f centre(0, 0, upright ? r : flat * r);
   b.add(
@@ -177,7 +169,7 @@ void make_cord(ObjectBuilder& b) {
     for (const float at : {0.0f, 1.0f}) {
       const CurvePlace p = place_on(chain, at);
       if (at > 0 || b.chance(0.5))
-        b.add(Ellipsoid(p.position, Vec3f(2.2f, 2.2f, 6) * radius, turned_to(p.tangent)), end, other, plug);
+        b.add(Ellipsoid(p.position, Vec3f(2.2f, 2.2f, 6) * radius, axes_along(p.tangent)), end, other, plug);
     }
   }
 }

@@ -26,7 +26,7 @@ using Places = std::vector<std::pair<uint64_t, uint64_t>>;
 SafeTensors::Array parse_array(const std::string& name, const json& entry, std::string_view data,
                                const std::string& file, Places& places) {
   const auto fail = [&](const std::string& problem) {
-    return input_error(file, name, problem, "the file is damaged or of another program; take the weights that ship");
+    return input_error(file, name, problem, "the file is damaged or of another program; use the bundled weights");
   };
   if (!entry.is_object() || !entry.contains("dtype") || !entry.contains("shape") || !entry.contains("data_offsets"))
     throw fail("has no dtype, shape or data_offsets");

@@ -59,6 +59,14 @@ Vec3f across_axis(const Vec3f& axis, float angle) {
   return std::cos(angle) * first + std::sin(angle) * axis.normalized().cross(first);
 }
 
+Mat3f axes_along(const Vec3f& axis) {
+  Mat3f axes;
+  axes.col(2) = axis.normalized();
+  axes.col(0) = across_axis(axis, 0);
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
+}
+
 Tube::Tube(std::vector<Vec3f> chain, float first, float last)
     : chain_(std::move(chain)), first_(first), last_(last), length_(length_of(chain_)) {}
 

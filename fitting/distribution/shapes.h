@@ -39,6 +39,10 @@ struct CurvePlace {
 CurvePlace place_on(const std::vector<Vec3f>& chain, float along);
 /// A unit vector across `axis`, turned by `angle` around it.
 Vec3f across_axis(const Vec3f& axis, float angle);
+/// A frame whose third column is along `axis`.
+Mat3f axes_along(const Vec3f& axis);
+/// The chain of two points.
+inline std::vector<Vec3f> straight(const Vec3f& from, const Vec3f& to) { return {from, to}; }
 
 /// Round rod along a chain, from radius `first` to `last`.
 class Tube : public SolidShape {

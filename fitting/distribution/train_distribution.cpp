@@ -50,12 +50,12 @@ json json_of(const TrainDistributionOptions& o, std::span<const MaterialObject> 
 }
 
 void validate(const TrainDistributionOptions& o) {
-  const auto require = [](bool good, const char* field, const char* remedy) {
+  const auto require = [](bool good, const char* field, const std::string& remedy) {
     if (!good) throw usage_error("training", field, "is impossible", remedy);
   };
   require(o.objects >= 2, "objects", "give at least two");
   require(o.validation_objects >= 1, "validation_objects", "give at least one");
-  require(o.members >= 1 && o.members <= 16, "members", "use 1 to 16");
+  require(o.members >= 1 && o.members <= kMostMembers, "members", "use 1 to " + std::to_string(kMostMembers));
   require(o.epochs >= 1, "epochs", "give at least one");
   require(o.rate > 0 && o.rate < 1, "rate", "about 1e-3 is usual");
   require(o.decay >= 0 && o.decay < 1 / o.rate, "decay", "about 1e-2 is usual, 0 is none");

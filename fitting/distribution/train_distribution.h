@@ -12,8 +12,10 @@
 
 namespace pliant {
 
+constexpr int kMostMembers = 16;  ///< of an ensemble
+
 struct TrainDistributionOptions {
-  int objects = 1800;            ///< procedural, of the training families
+  int objects = 2700;            ///< procedural, of the training families
   int validation_objects = 400;  ///< of the validation families
   int members = 5;               ///< networks, trained one after the other from starts of their own
   int epochs = 6;                ///< of each member

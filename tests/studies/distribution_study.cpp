@@ -1,7 +1,7 @@
 // How well does the distribution network know families that it has never seen?
 //   distribution_study train WEIGHTS.safetensors CURVE.csv [SEED=0] [EPOCHS] [OBJECTS] [THREADS=1]
 //   distribution_study figures OUT.json WEIGHTS.safetensors [MORE.safetensors ...] [-validate]
-// `train` repeats the recipe of the weights that ship.  `figures` judges each file on the same objects: 40 of every
+// `train` repeats the recipe of the bundled weights.  `figures` judges each file on the same objects: 40 of every
 // test family and 40 of each family of held_out_families.h, which was written apart from the training corpus; with
 // -validate on the validation families instead.  Spread: lowest and highest over the files, which are retrainings by
 // other seeds.

@@ -110,7 +110,7 @@ TEST(DistributionNetwork, RefusesWeightsThatAreNotItsOwn) {
     write_network(file, n);
     expect_error(Failure::kInput, words, [&] { read_network(file); });
   };
-  refused({"n.safetensors", "member0.layer0.weight", "no numbers"}, [](auto& n) { n.members[0][3] = NAN; });
+  refused({"n.safetensors", "member0.layer0.weight", "not finite"}, [](auto& n) { n.members[0][3] = NAN; });
   refused({"calibration"}, [](auto& n) { n.temperature = -1; });
   refused({"calibration"}, [](auto& n) { n.wide_sigma = 0; });
   refused({"calibration"}, [](auto& n) { n.wide_weight = 1; });
