@@ -7,6 +7,7 @@
 #include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/text.h"
 
 using nlohmann::json;
 
@@ -21,11 +22,6 @@ void collect(const json& object, const std::string& prefix, std::vector<std::str
     else if (value.is_number() || value.is_null())
       keys.push_back(prefix + key);
   }
-}
-
-std::string trimmed(const std::string& text) {
-  const size_t begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
-  return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
 }
 
 }  // namespace

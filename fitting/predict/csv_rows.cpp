@@ -5,24 +5,15 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "gaussians/io/files/text.h"
+
 namespace pliant {
 namespace {
 
-std::string trimmed(std::string_view text) {
-  const char* space = " \t\r";
-  const size_t begin = text.find_first_not_of(space);
-  if (begin == std::string_view::npos) return {};
-  return std::string(text.substr(begin, text.find_last_not_of(space) - begin + 1));
-}
-
 std::vector<std::string> pieces_of(std::string_view text, char separator) {
-  std::vector<std::string> pieces;
-  for (size_t begin = 0;;) {
-    const size_t end = text.find(separator, begin);
-    pieces.push_back(trimmed(text.substr(begin, end - begin)));
-    if (end == std::string_view::npos) return pieces;
-    begin = end + 1;
-  }
+  std::vector<std::string> pieces = split(text, separator);
+  for (std::string& piece : pieces) piece = trimmed(piece);
+  return pieces;
 }
 
 }  // namespace
