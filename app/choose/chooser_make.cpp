@@ -9,7 +9,6 @@
 #include "app/live/live_view.h"
 
 namespace pliant {
-
 namespace {
 
 constexpr double kSimulated = 0.1;  // s, of the motion that the page begins with

@@ -11,26 +11,13 @@
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/splats/ply.h"
 #include "tests/gaussians/format_files.h"
-#include "tests/gaussians/photo_files.h"
+#include "tests/gaussians/io/cameras/some_cameras.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace pliant {
 namespace {
-
-/// Three views of the origin from three sides.
-std::vector<Camera> some_cameras() {
-  std::vector<Camera> cameras;
-  for (int i = 0; i < 3; ++i) {
-    cameras.push_back(look_at({3.0 - i, 1.0 + i, 2.0 - 2 * i}, {0.1, 0, 0}, {0, -1, 0.1}, 640, 480, 500));
-    cameras.back().name = "view_" + std::to_string(i);
-    cameras.back().cx = 310;
-    cameras.back().cy = 250;
-    cameras.back().fy = 510;
-  }
-  return cameras;
-}
 
 struct ColmapModel {
   int id;
@@ -339,115 +326,6 @@ TEST(Middlebury, HostileFilesNameTheLine) {
   refused("1\na.png 500 0 1 0 500 1 0 0 1 1 0 0 0 1 0 0 0 5 0 0 0\n", {"line 2", "not a rotation"});
   refused("1\na.png 500 7 1 0 500 1 0 0 1 1 0 0 0 1 0 0 0 1 0 0 0\n", {"line 2", "skew"});
   refused("1\na.png -5 0 1 0 500 1 0 0 1 1 0 0 0 1 0 0 0 1 0 0 0\n", {"line 2", "focal"});
-}
-
-TEST(Cameras, DistortionIsKeptThroughTransformsAndReported) {
-  const TemporaryFolder folder;
-  std::vector<Camera> cameras = some_cameras();
-  for (Camera& camera : cameras) camera.distortion = {0.1, -0.05, 0.001, 0.002, 0, 0};
-  EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
-  const CameraFile file = read_cameras(folder / "t.json");
-  EXPECT_EQ(file.cameras[2].distortion, cameras[2].distortion);
-  const json described = describe(folder / "t.json");
-  EXPECT_EQ(described["cameras"]["distortion"]["k1"], json({0.1, 0.1}));
-  EXPECT_FALSE(described["cameras"]["distortion"].contains("k3"));
-  EXPECT_NE(described["warnings"].dump().find("lens distortion (k1, k2, p1, p2) is removed by `reconstruct`"),
-            std::string::npos);
-}
-
-TEST(Cameras, PathsOfPhotosMayBeThoseOfWindows) {
-  const TemporaryFolder folder;
-  EXPECT_TRUE(write_cameras(folder / "t.json", some_cameras()).empty());
-  json file = json::parse(read_text(folder / "t.json"));
-  size_t k = 0;
-  for (json& frame : file["frames"]) {
-    frame["file_path"] = (k % 2 ? "train\\a\\" : "train\\b\\") + std::to_string(k / 2) + ".png";
-    frame.erase("camera_name");
-    ++k;
-  }
-  write_text(folder / "t.json", file.dump());
-  for (const char* photo : {"train/b/0.png", "train/a/0.png"}) {
-    fs::create_directories((folder / photo).parent_path());
-    write_image(folder / photo, ImageF(320, 240, 3));
-  }
-  const CameraFile read = read_cameras(folder / "t.json");
-  ASSERT_EQ(read.photos_found, 2);
-  EXPECT_EQ(fs::path(read.cameras[1].photo), folder / "train/a/0.png");
-  EXPECT_EQ(read.cameras[0].name, "train_b_0");
-  EXPECT_EQ(read.cameras[1].name, "train_a_0");
-  EXPECT_EQ(name_of_photo("C:\\shots\\IMG_1.JPG"), "IMG_1");
-  // A name that holds one is that of the file that there is.
-  write_image(folder / "odd\\name.png", ImageF(320, 240, 3));
-  EXPECT_EQ(find_photo({}, {folder / "."}, "odd\\name"), folder / "odd\\name.png");
-}
-
-TEST(Cameras, OfEverySizeFollowAPhotoOfTheirs) {
-  const TemporaryFolder folder;
-  std::vector<Camera> cameras = some_cameras();
-  const std::pair<int, int> sizes[] = {{1957, 1091}, {1959, 1089}, {1959, 1089}}, photos[] = {{489, 273}, {490, 272}};
-  const auto write = [&](const std::string& name, std::pair<int, int> size) {
-    folder.file(name, encoded(".png", picture_of(size.first, size.second, [](int, int, int) { return 0; })));
-  };
-  for (int i = 0; i < 3; ++i) {
-    cameras[i] = cameras[i].resized(sizes[i].first, sizes[i].second);
-    cameras[i].photo = (folder / (cameras[i].name + ".png")).string();
-    write(cameras[i].name + ".png", photos[std::min(i, 1)]);
-  }
-  EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
-  const CameraFile file = read_cameras(folder / "t.json");
-  for (int i = 0; i < 3; ++i) {
-    const auto& [width, height] = photos[std::min(i, 1)];
-    EXPECT_EQ(file.cameras[i].width, width) << i;
-    EXPECT_EQ(file.cameras[i].height, height) << i;
-    EXPECT_NEAR(file.cameras[i].fx * sizes[i].first, cameras[i].fx * width, 1e-6) << i;
-    EXPECT_NEAR(file.cameras[i].cy * sizes[i].second, cameras[i].cy * height, 1e-6) << i;
-  }
-  EXPECT_EQ(file.warnings.size(), 1u);
-  // Sizes of cameras may be the rounded ones.
-  for (int i = 0; i < 3; ++i) {
-    write(cameras[i].name + ".png", sizes[i]);
-    cameras[i] = cameras[i].resized(photos[std::min(i, 1)].first, photos[std::min(i, 1)].second);
-  }
-  EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(read_cameras(folder / "t.json").cameras[i].height, sizes[i].second) << i;
-  // One that cannot be read is scaled as the first.
-  for (int i = 1; i < 3; ++i) folder.file(cameras[i].name + ".png", "no image");
-  EXPECT_EQ(read_cameras(folder / "t.json").cameras[1].width, std::lround(490 * 1957.0 / 489));
-}
-
-TEST(Cameras, MayBeThoseOfPhotosThatTheirOrientationTurns) {
-  const TemporaryFolder folder;
-  std::vector<Camera> cameras = some_cameras();
-  const auto write_photos = [&](int width, int height, int orientation) {
-    const std::string stored = encoded(".jpg", picture_of(width, height, [](int x, int, int) { return x; }));
-    for (Camera& camera : cameras)
-      camera.photo = folder.file(camera.name + ".jpg", with_orientation(stored, orientation, true)).string();
-  };
-  for (Camera& camera : cameras) camera = camera.resized(30, 40);
-  for (const int scale : {1, 2}) {
-    write_photos(40 * scale, 30 * scale, 6);
-    EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
-    const CameraFile file = read_cameras(folder / "t.json");
-    EXPECT_EQ(file.cameras[1].width, 30 * scale);
-    EXPECT_EQ(file.cameras[1].height, 40 * scale);
-    EXPECT_NEAR(file.cameras[1].cx, scale * cameras[1].cx, 1e-6);
-    EXPECT_EQ(file.warnings.size(), scale == 1 ? 0u : 1u);
-  }
-  write_photos(40, 30, 3);
-  expect_error(Failure::kInput, {"view_0.jpg", "40 x 30", "30 x 40"}, [&] { read_cameras(folder / "t.json"); });
-}
-
-TEST(Cameras, NamesOfCamerasStayInTheFolderOfTheirFiles) {
-  const TemporaryFolder folder;
-  std::vector<Camera> cameras = some_cameras();
-  cameras[0].name = "../escaped";
-  cameras[1].name = "left\\..\\a.b";
-  cameras[2].name = ".hidden.a";
-  EXPECT_TRUE(write_cameras(folder / "t.json", cameras).empty());
-  const CameraFile file = read_cameras(folder / "t.json");
-  EXPECT_EQ(file.cameras[0].name, "_.._escaped");
-  EXPECT_EQ(file.cameras[1].name, "left_.._a.b");
-  EXPECT_EQ(file.cameras[2].name, "_.hidden.a");
 }
 
 TEST(Colmap, OfSeveralModelsTheFirstOrTheLargestIsTakenAndTheOthersAreNamed) {
