@@ -266,7 +266,7 @@ TEST_F(ReplacingAResult, AnInterruptedStageGoesOnFromWhatItHasMade) {
 TEST_F(ReplacingAResult, AStageThatIsDoneWhenItIsInterruptedCounts) {
   RunDirectory directory = RunDirectory::create(folder_ / "run");
   Progress progress(true);
-  expect_error(Failure::kInterrupted, {"once it was done"}, [&] {
+  expect_error(Failure::kInterrupted, {"interrupted after this stage had finished"}, [&] {
     directory.stage({progress, [] { return true; }, 1, 1, false}, key({{"a", 1}}), [&](const std::string&) {
       write_text(folder_ / "run/out.txt", "done");
       return nlohmann::json{{"a", 1}};
