@@ -16,8 +16,9 @@ struct Program {
   uint64_t seed = 1;
   int threads = 0;
   bool quiet = false, json = false, overwrite = false;
-  std::string command_line;  ///< as a shell reads it, for the report
-  bool help_all = false;     ///< the help shows the options of stages as well
+  bool ends_when_interrupted = false;  ///< the chosen command is done when it is interrupted, as a server is
+  std::string command_line;            ///< as a shell reads it, for the report
+  bool help_all = false;               ///< the help shows the options of stages as well
   /// Of every command: an earlier spelling of an option and the one that took its place.
   std::map<std::string, std::map<std::string, std::string>> renamed;
 
@@ -28,7 +29,8 @@ struct Program {
 /// Adds --seed, --threads, --quiet, --json, --config to a command, and --out and --overwrite where they apply.
 void add_common(CLI::App& command, Program& program);
 CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what);
-void add_overwrite(CLI::App& command, Program& program);
+/// --overwrite, and what it does in this command.
+void add_overwrite(CLI::App& command, Program& program, const std::string& what);
 
 /// Adds every command to `app`.
 void add_commands(CLI::App& app, Program& program);

@@ -40,6 +40,7 @@ nlohmann::json convert_splats(const Context& context, const ConvertOptions& opti
   ReadReport report;
   GaussianCloud cloud = read_splats(options.in, &report, options.level.value_or(kFinestLevel));
   for (const std::string& warning : report.warnings) context.progress.warn(warning);
+  if (cloud.size() == 0) throw input_error(options.in, "", "contains no usable Gaussians", "give a trained scene");
   if (report.object_channels > 0) context.progress.warn(options.out + ": obj_dc_* of Gaussian Grouping are not kept");
   if (options.degree) cloud = with_sh_degree(cloud, *options.degree);
   for (Vec3f& x : cloud.position) x *= static_cast<float>(options.scale);
@@ -84,7 +85,7 @@ void add_convert(CLI::App& app, Program& program) {
   command->add_option("IN", options->in, "Splats or cameras in any supported format")->required();
   command->add_option("OUT", options->out, "File to write; its extension sets the format")->required();
   add_options(*command, program, options_of(*options));
-  add_overwrite(*command, program);
+  add_overwrite(*command, program, "Replace a file that exists");
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [options, command](Context& context) -> nlohmann::json {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/commands/command.h"
 #include "app/demo/kinds/kinds.h"
@@ -17,17 +18,58 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// A file that goes with its scope, also when what is done there fails.
+/// The options of the demo, and its scene file, which stands only beside a whole scene.
+constexpr const char *kRecord = "demo.json", *kScene = "scene.json";
+/// What else is written into the folder of a scene.
+const std::vector<std::string> kContents = {"splats.ply",  "transforms.json", "photos", "masks",
+                                            "labels.json", "reference.mp4",   "videos", "truth"};
+/// In a folder that is there already: where the scene is made, and what keeps others from it.
+constexpr const char *kPartial = ".partial", *kLock = ".lock";
+
+/// A file or folder that goes with its scope, also when what is done there fails.
 struct RemovedAtEnd {
   fs::path file;
   ~RemovedAtEnd() {
     std::error_code ignored;
-    fs::remove(file, ignored);
+    fs::remove_all(file, ignored);
   }
 };
 
-/// Makes the scene in a temporary folder that is renamed when whole.  A folder made with equal options is kept; one
-/// made with other options is a usage error unless the user asks to overwrite.
+/// Whether a folder that is there holds the wanted demo.  Throws Error{kUsage} where it holds another one that is not
+/// to be overwritten, or anything that is not part of a demo.
+bool holds_demo(const fs::path& out, const json& wanted, bool overwrite) {
+  if (!fs::is_directory(out)) throw usage_error("--out", out.string(), "is a file", "give a folder");
+  const bool is_demo = fs::exists(out / kRecord);
+  const bool same = is_demo && json::parse(read_text(out / kRecord), nullptr, false) == wanted;
+  if (same && fs::exists(out / kScene)) return true;
+  std::set<std::string> own = {kPartial, kLock};
+  if (is_demo) {
+    own.insert({kRecord, kScene});
+    own.insert(kContents.begin(), kContents.end());
+  }
+  for (const auto& entry : fs::directory_iterator(out))
+    if (const std::string name = entry.path().filename(); !own.count(name))
+      throw usage_error("--out", out.string(), "contains '" + name + "', which is not part of a demo",
+                        "give a new or an empty folder");
+  if (is_demo && !same && !overwrite)
+    throw usage_error("--out", out.string(), "contains a demo made with other options",
+                      "give --overwrite, or another folder");
+  return false;
+}
+
+/// Moves a whole scene into a folder that is there, in place of the demo that it holds.
+void move_in(const fs::path& partial, const fs::path& out) {
+  fs::remove(out / kScene);
+  fs::rename(partial / kRecord, out / kRecord);
+  for (const std::string& name : kContents) {
+    fs::remove_all(out / name);
+    if (fs::exists(partial / name)) fs::rename(partial / name, out / name);
+  }
+  fs::rename(partial / kScene, out / kScene);
+}
+
+/// Makes the scene in a temporary folder, from which it is moved when whole.  A folder that is there stays, as it may
+/// be a mount point or the current one.
 json make_demo_once(Context& context, DemoOptions options) {
   // Without a slash at its end: what is made beside it is named after it.
   fs::path out = fs::weakly_canonical(options.out);
@@ -36,27 +78,26 @@ json make_demo_once(Context& context, DemoOptions options) {
                  {"training", options.training}, {"photos", options.photos}, {"width", options.width},
                  {"height", options.height},     {"video", options.video}};
   if (options.kind != kPottedFlower) wanted["kind"] = options.kind;
-  if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out))) {
-    const fs::path record = out / "demo.json";
-    if (fs::exists(record) && json::parse(read_text(record), nullptr, false) == wanted) {
-      context.progress.say("demo: unchanged, kept");
-      return wanted;
-    }
-    if (!fs::exists(record) || !context.overwrite)
-      throw usage_error("--out", out.string(),
-                        fs::exists(record) ? "contains a demo made with other options" : "contains other files",
-                        fs::exists(record) ? "give --overwrite, or another folder" : "give a new folder");
+  const bool there = fs::exists(out);
+  if (there && holds_demo(out, wanted, context.overwrite)) {
+    context.progress.say("demo: unchanged, kept");
+    return wanted;
   }
   if (out.has_parent_path()) fs::create_directories(out.parent_path());
-  const fs::path partial = out.string() + ".partial", locked = out.string() + ".lock";
+  const auto beside_or_in = [&](const char* name) { return there ? out / name : fs::path(out.string() + name); };
+  const fs::path partial = beside_or_in(kPartial), locked = beside_or_in(kLock);
   const FileLock lock(locked, out.string());
   const RemovedAtEnd lock_file{locked};
   fs::remove_all(partial);
+  const RemovedAtEnd unfinished{partial};
   options.out = partial;
+  options.interrupted = context.interrupted;
   const DemoSummary summary = make_demo(options);
-  write_text(partial / "demo.json", wanted.dump(2) + "\n");
-  fs::remove_all(out);
-  fs::rename(partial, out);
+  write_text(partial / kRecord, wanted.dump(2) + "\n");
+  if (there)
+    move_in(partial, out);
+  else
+    fs::rename(partial, out);
   context.progress.say(
       fmt::format("demo: {} Gaussians, {} photos in {}", summary.gaussians, summary.photos, out.string()));
   return wanted;
@@ -86,7 +127,7 @@ void add_demo(CLI::App& app, Program& program) {
   command->add_flag_callback(
       "--no-video", [options] { options->video = false; }, "Skip the reference videos and their simulation");
   add_out(*command, program, "Scene folder to write")->required();
-  add_overwrite(*command, program);
+  add_overwrite(*command, program, "Replace a demo that was made with other options");
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [=, &program](Context& context) {

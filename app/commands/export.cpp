@@ -51,7 +51,7 @@ nlohmann::json run_export(const Context& context, RunDirectory& run, const Scene
 
 void add_export(CLI::App& app, Program& program) {
   add_stage_command<ExportOptions>(app, program, "export", "Write the moving scene as splat files or as a page",
-                                   run_export, check_given);
+                                   run_export, check_given, "Replace files that exist");
 }
 
 }  // namespace pliant

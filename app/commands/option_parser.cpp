@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "gaussians/base/error.h"
@@ -47,9 +48,10 @@ CLI::Option* bound(CLI::App& command, const std::string& names, const Option& op
           return command.add_option_function<std::string>(
               names,
               [field, name = option.name](const std::string& text) {
-                *field.value = text == "all" ? kAllLevels : static_cast<int>(parse_numbers("--" + name, text, 1)[0]);
-                if (**field.value < 0 && text != "all")
-                  throw usage_error("--" + name, "", "'" + text + "' is negative", "");
+                const double level = text == "all" ? 0 : parse_numbers("--" + name, text, 1)[0];
+                if (!(level >= 0 && level <= std::numeric_limits<int>::max() && level == std::floor(level)))
+                  throw usage_error("--" + name, "", "'" + text + "' is not a whole number from 0 on", "or give all");
+                *field.value = text == "all" ? kAllLevels : static_cast<int>(level);
               },
               option.help);
         } else if constexpr (std::is_same_v<Field, std::vector<std::string>*>) {

@@ -8,6 +8,40 @@
 #include "gaussians/base/error.h"
 
 namespace pliant {
+namespace {
+
+nlohmann::json to_json(const Band& band) { return {{"low", band.low}, {"typical", band.typical}, {"high", band.high}}; }
+
+/// The rows of both tables.
+nlohmann::json to_json(const MaterialTable& table) {
+  nlohmann::json materials = nlohmann::json::array(), objects = nlohmann::json::array();
+  for (const KnownMaterial& m : table.materials)
+    materials.push_back({{"name", m.name},
+                         {"synonyms", m.synonyms},
+                         {"class", m.group},
+                         {"young_pa", to_json(m.young)},
+                         {"poisson", to_json(m.poisson)},
+                         {"density_kg_m3", to_json(m.density)},
+                         {"law", law_name(m.law.law)},
+                         {"kind", row_kind_name(m.kind)},
+                         {"source", m.source},
+                         {"licence", m.licence},
+                         {"reason", m.reason}});
+  for (const KnownObject& o : table.objects) {
+    nlohmann::json parts = nlohmann::json::array();
+    for (const KnownPart& part : o.parts)
+      parts.push_back(
+          {{"material", table.materials[part.material].name}, {"share", part.share}, {"moves", part.moves}});
+    objects.push_back({{"name", o.name},
+                       {"synonyms", o.synonyms},
+                       {"parts", parts},
+                       {"height_m", to_json(o.height)},
+                       {"frequency_hz", to_json(o.frequency)}});
+  }
+  return {{"materials", materials}, {"objects", objects}};
+}
+
+}  // namespace
 
 void add_predict(CLI::App& app, Program& program) {
   CLI::App* command = app.add_subcommand("predict", "Predict what the object is made of, from its name and shape");
@@ -22,16 +56,15 @@ void add_predict(CLI::App& app, Program& program) {
       "--preview", *preview,
       "Also make softness.mp4: short clips at softness 0, 0.5 and 1, side by side; without other options, of "
       "the prediction that is there");
-  add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([=, &program] {
     if (!*list && directory->empty()) throw CLI::RequiredError("DIR");
-    program.action = [=](Context& context) {
+    program.action = [=, &program](Context& context) -> nlohmann::json {
       if (*list) {
         refuse_given(*command, options_of(*stage), {"does nothing with --list", "leave it out", {}});
         if (*preview) throw usage_error("predict", "--preview", "does nothing with --list", "leave it out");
-        std::fputs(material_list(material_table()).c_str(), stdout);
-        return nlohmann::json::object();
+        if (!program.json) std::fputs(material_list(material_table()).c_str(), stdout);
+        return to_json(material_table());
       }
       RunDirectory run = RunDirectory::open(*directory);
       Scene scene = load_run_scene(run);

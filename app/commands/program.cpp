@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -118,10 +119,18 @@ std::string with_nearest_option(const CLI::App& app, const Program& program, con
   return message + "; did you mean " + nearest_name(given, known) + "?";
 }
 
+/// Says what is wrong with a seed; empty where it is one.
+std::string not_a_seed(const std::string& text) {
+  uint64_t seed = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, failed] = std::from_chars(text.data(), end, seed);
+  return failed == std::errc() && stop == end ? "" : "'" + text + "' is not a whole number from 0 to 2^64 - 1";
+}
+
 }  // namespace
 
 void add_common(CLI::App& command, Program& program) {
-  command.add_option("--seed", program.seed, "Random seed [1]")->option_text("N");
+  command.add_option("--seed", program.seed, "Random seed [1]")->option_text("N")->check(not_a_seed);
   command.add_option("--threads", program.threads, "Threads to use; 0 = all cores")
       ->option_text("N")
       ->check(CLI::NonNegativeNumber);
@@ -135,8 +144,8 @@ CLI::Option* add_out(CLI::App& command, Program& program, const std::string& wha
   return command.add_option("--out", program.out, what)->option_text("DIR");
 }
 
-void add_overwrite(CLI::App& command, Program& program) {
-  command.add_flag("--overwrite", program.overwrite, "Do not back up earlier results; discard manual edits");
+void add_overwrite(CLI::App& command, Program& program, const std::string& what) {
+  command.add_flag("--overwrite", program.overwrite, what);
 }
 
 void add_commands(CLI::App& app, Program& program) {
@@ -171,6 +180,7 @@ int run_program(int argc, const char* const* argv) {
     std::reverse(arguments.begin(), arguments.end());
     app.parse(arguments);
 
+    interrupt_requested = 0;
     struct sigaction action = {};
     action.sa_handler = request_interrupt;
     sigaction(SIGINT, &action, nullptr);
@@ -187,7 +197,9 @@ int run_program(int argc, const char* const* argv) {
                     program.overwrite};
     const nlohmann::json result = program.action(context);
     if (program.json) std::printf("%s\n", result.dump(2).c_str());
-    return 0;
+    if (interrupt_requested == 0 || program.ends_when_interrupted) return 0;
+    std::fprintf(stderr, "pliant: interrupted, after all was done\n");
+    return static_cast<int>(Failure::kInterrupted);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "pliant: %s\nRun with --help for the options.\n",

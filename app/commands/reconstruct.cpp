@@ -21,7 +21,7 @@ void add_reconstruct(CLI::App& app, Program& program) {
       ->required();
   add_options(*command, program, options_of(options->stage));
   add_out(*command, program, "Scene folder to make or continue (default: PHOTOS_scene)");
-  add_overwrite(*command, program);
+  add_overwrite(*command, program, "Replace an earlier training without keeping it");
   add_common(*command, program);
   command->callback([options, command, &program] {
     program.action = [options, command, &program](Context& context) {

@@ -47,11 +47,11 @@ void add_render(CLI::App& app, Program& program) {
     PictureOptions pictures;
   };
   auto options = std::make_shared<Options>();
-  add_scene_options(*command, program, options->scene);
+  add_scene_options(*command, program, options->scene, {},
+                    "Splat file, model or scene.json folder, or a run directory");
   add_options(*command, program, clip_options(options->stage));
   add_options(*command, program, picture_options(options->pictures));
   add_out(*command, program, "For a scene: folder for the images, or an .mp4 file")->option_text("DIR|FILE");
-  add_overwrite(*command, program);
   add_common(*command, program);
   command->callback([options, command, &program] {
     program.action = [options, command, &program](Context& context) -> nlohmann::json {
@@ -69,9 +69,6 @@ void add_render(CLI::App& app, Program& program) {
           *command, without_shared(options_of(options->stage)),
           {"does nothing for a scene, which is rendered as images", "leave it out, or render a run directory", {}});
       if (program.out.empty()) throw CLI::RequiredError("--out");
-      if (program.overwrite)
-        throw usage_error("render", "--overwrite", "does nothing for a scene, whose images are always replaced",
-                          "leave it out");
       if (is_video_out(program.out))
         refuse_given(*command, picture_options(options->pictures),
                      {"does nothing for a video", "leave it out, or give a folder", {"depth"}});

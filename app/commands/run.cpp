@@ -5,6 +5,7 @@
 #include "app/commands/report.h"
 #include "app/commands/stage_options.h"
 #include "app/fit/fit_video.h"
+#include "app/import/interactions.h"
 #include "app/page/page_stage.h"
 #include "app/predict/prepare_object.h"
 #include "app/reconstruct/photo_set.h"
@@ -12,6 +13,7 @@
 #include "app/simulate/render_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/files.h"
 
 namespace pliant {
 namespace {
@@ -44,7 +46,10 @@ std::string why_no_fit(const Scene& scene, const RunOptions& options) {
 
 /// Refuses options that would do nothing, or cannot be, before any work is done.
 void check_choice(const Scene& scene, const CLI::App& command, RunOptions& options, const std::string& no_fit) {
+  check_render_stage(scene, options.render);
   SimulateStage simulate = options.simulate;
+  if (!simulate.interactions.empty())
+    parse_interactions(read_text(simulate.interactions), {scene.metres_per_unit, scene.up}, simulate.interactions);
   // What will be predicted may be anything here.
   if (needs_prediction(scene, options.predict, simulate)) {
     simulate.material.young = simulate.material.young.value_or(kUnknownYoung);
@@ -83,9 +88,8 @@ void start_from(const nlohmann::json& prediction, const Scene& scene, MaterialVa
 }
 
 /// The page, with the report even where it does not fit; one that is larger than a size that nobody chose is left out.
-void make_page(const Context& context, RunDirectory& run, const Scene& scene, PageStage page,
+void make_page(const Context& context, RunDirectory& run, const Scene& scene, PageStage page, bool chosen,
                const std::string& command) {
-  const bool chosen = page.size != PageStage().size;
   page.command = command;
   try {
     run_page(context, run, scene, page);
@@ -131,14 +135,15 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
       simulate.material.density.reset();
     }
     run_fit(context, run, scene, fit);
-  } else if (is_fitted(run)) {
+  } else if (is_fitted(run) || is_refit_unfinished(run)) {
     simulate.use_fit = false;
     context.progress.say("simulate: the existing fit is not used " + no_fit);
   }
   run_simulate(context, run, scene, simulate);
   run_render(context, run, scene, options.render);
   if (options.page.html) {
-    make_page(context, run, scene, options.page, program.command_line);
+    const bool chosen = !given_option(command, options_of(options.page), {"html-size"}).empty();
+    make_page(context, run, scene, options.page, chosen, program.command_line);
   } else {
     refuse_given(command, options_of(options.page),
                  {"does nothing with --no-html", "leave it out", {"html-size", "html-license"}});
@@ -196,7 +201,7 @@ void add_run(CLI::App& app, Program& program) {
       ->check(CLI::ExistingFile)
       ->option_text("FILE")
       ->group("Object, material and motion");
-  add_overwrite(*command, program);
+  add_overwrite(*command, program, "Do not keep earlier results; discard manual edits; take another scene");
   add_common(*command, program);
   command->footer("Options of the stages, such as --simulate.fps: pliant run --help-all");
   command->callback([options, command, &program] {

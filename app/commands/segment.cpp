@@ -50,7 +50,7 @@ void add_segment(CLI::App& app, Program& program) {
   add_options(*command, program, options_of(options->stage));
   add_options(*command, program, options_of(options->reconstruct), {.own = false, .left_out = {}});
   add_out(*command, program, "Run directory to make or continue (default: SCENE_run)");
-  add_overwrite(*command, program);
+  add_overwrite(*command, program, "Do not keep earlier results; discard manual edits; take another scene");
   add_common(*command, program);
   const CLI::App* edit = add_edit(*command, program);
   command->get_option("SCENE")->required(false);

@@ -71,15 +71,16 @@ OptionTable options_of(SceneOptions& options) {
             .help = "The splats were trained with mip-splatting, which their file does not say"}}};
 }
 
-void add_scene_options(CLI::App& command, Program& program, SceneOptions& options, const Spelling& spelling) {
-  command.add_option("SCENE", options.source, "Splat file, model or scene.json folder, or posed photos")->required();
+void add_scene_options(CLI::App& command, Program& program, SceneOptions& options, const Spelling& spelling,
+                       const std::string& scene) {
+  command.add_option("SCENE", options.source, scene)->required();
   add_options(command, program, options_of(options), spelling);
 }
 
 Scene attach_or_reconstruct(const Context& context, const CLI::App& command, RunDirectory& run,
                             const SceneOptions& options, ReconstructStage stage, const SegmentStage& segment) {
   std::string source = options.source;
-  const LoadOptions load = options.load_options();  // its errors come before the training
+  LoadOptions load = options.load_options();  // its errors come before the training
   const bool untrained = lacks_splats(source);
   check_networks(segment);
   check_given(command, stage);
@@ -93,10 +94,19 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     stage.photo.hold_out_every = PhotoOptions().hold_out_every;
   }
   stage.masks = segment.masks;
-  if (segment.joint && !untrained) stage.splats = load_scene(source, load).settings.splats.string();
+  stage.mask_zero = segment.mask_zero;
+  if (segment.joint && !untrained) {
+    const Scene trained = load_scene(source, load);
+    refuse_unused(load, trained);
+    stage.splats = trained.report.files;
+    stage.level = load.level;
+  }
   if (untrained && load.antialiased)
     throw usage_error("--antialiased", "", "does nothing: the scene has no splats yet",
                       "train them so with --reconstruct.antialiased");
+  if (untrained && load.level)
+    throw usage_error("--level", *load.level == kAllLevels ? "all" : std::to_string(*load.level),
+                      "does nothing: the scene has no splats yet", "leave it out");
   stage.train.render.antialiased |= load.antialiased;
   if (!stage.splats.empty())
     refuse_given(command, options_of(stage),
@@ -115,6 +125,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     RunDirectory reconstruction = RunDirectory::create(run / "scene");
     run_reconstruct(context, reconstruction, source, stage);
     source = reconstruction.path();
+    load.level.reset();  // what was trained has one level
   }
   return attach_scene(context, run, source, load);
 }

@@ -24,8 +24,9 @@ struct SceneOptions {
   LoadOptions load_options() const;
 };
 OptionTable options_of(SceneOptions& options);
-/// The argument SCENE and these options.
-void add_scene_options(CLI::App& command, Program& program, SceneOptions& options, const Spelling& spelling = {});
+/// The argument SCENE, with what it may be, and these options.
+void add_scene_options(CLI::App& command, Program& program, SceneOptions& options, const Spelling& spelling = {},
+                       const std::string& scene = "Splat file, model or scene.json folder, or posed photos");
 /// --level N of a streamed SOG, or `all`.
 Option level_option(std::optional<int>& level);
 
@@ -58,17 +59,18 @@ void check_given(const CLI::App& command, SeedStage& stage);
 void check_given(const CLI::App& command, SimulateStage& stage);
 void check_given(const CLI::App& command, ExportStage& stage);
 
-/// A command that works on an existing run directory: `pliant NAME DIR [options]`.
+/// A command that works on an existing run directory: `pliant NAME DIR [options]`.  `overwrite` says what --overwrite
+/// does; empty: the command has none.
 template <class Stage>
 void add_stage_command(CLI::App& app, Program& program, const std::string& name, const std::string& description,
                        nlohmann::json (*run_stage)(const Context&, RunDirectory&, const Scene&, const Stage&),
-                       void (*check)(const CLI::App&, Stage&) = nullptr) {
+                       void (*check)(const CLI::App&, Stage&) = nullptr, const std::string& overwrite = "") {
   CLI::App* command = app.add_subcommand(name, description);
   auto directory = std::make_shared<std::string>();
   auto stage = std::make_shared<Stage>();
   command->add_option("DIR", *directory, "Run directory")->required();
   add_options(*command, program, options_of(*stage));
-  add_overwrite(*command, program);
+  if (!overwrite.empty()) add_overwrite(*command, program, overwrite);
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [=](Context& context) {

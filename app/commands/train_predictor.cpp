@@ -12,7 +12,7 @@ void add_train_predictor(CLI::App& app, Program& program) {
   auto training = std::make_shared<TrainPredictor>();
   add_options(*command, program, options_of(*training));
   add_out(*command, program, "Folder for the weights, the training curve and the metrics")->required();
-  add_overwrite(*command, program);
+  add_overwrite(*command, program, "Replace weights that exist");
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [=, &program](Context& context) { return run_training(context, *training, program.out); };

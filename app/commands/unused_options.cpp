@@ -51,12 +51,14 @@ void check_given(const CLI::App& command, SegmentStage& stage) {
   else if (!lines && stage.boxes.empty())
     refuse_given(command, table, {"does nothing without --box, --click or --stroke", "leave it out", {"grow"}});
   if (stage.joint || !stage.gaussian_grouping.empty())
-    refuse_given(command, table,
-                 {"does nothing where the labels are already trained",
-                  "leave it out",
-                  {"iterations", "no-vote", "associate", "mask-zero"}});
+    refuse_given(
+        command, table,
+        {"does nothing where the labels are already trained", "leave it out", {"iterations", "no-vote", "associate"}});
   if (!stage.gaussian_grouping.empty())
-    refuse_given(command, table, {"does nothing with --gaussian-grouping", "leave one of them out", {"auto"}});
+    refuse_given(command, table,
+                 {"does nothing with --gaussian-grouping", "leave one of them out", {"auto", "mask-zero"}});
+  if (stage.label.text.find_first_not_of(" .,") == std::string::npos)
+    refuse_given(command, table, {"holds no name", "give names separated by commas, or leave it out", {"text"}});
 }
 
 void check_given(const CLI::App& command, ExportStage& stage) {

@@ -88,6 +88,7 @@ void add_view(CLI::App& app, Program& program) {
           "dropped");
   add_common(*command, program);
   command->callback([=, &program] {
+    program.ends_when_interrupted = true;
     program.action = [=, &program](Context& context) {
       if (source->empty()) return view_dropped(context, *options, program.out.empty() ? "." : program.out);
       LiveSite site;

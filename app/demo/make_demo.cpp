@@ -54,11 +54,13 @@ void check(const DemoOptions& options) {
 }
 
 /// Writes photos and masks; returns what the photos' files hold.
-std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const std::vector<Camera>& cameras) {
+std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const std::vector<Camera>& cameras,
+                                  const Interrupted& interrupted) {
   fs::create_directories(out / "photos");
   fs::create_directories(out / "masks");
   std::vector<ImageU8> photos;
   for (const Camera& camera : cameras) {
+    stop_demo_if(is_interrupted(interrupted));
     const DemoPhoto photo = take_photo(stage, camera);
     photos.push_back(to_8_bit(photo.color));
     write_image(camera.photo, photo.color);
@@ -70,7 +72,7 @@ std::vector<ImageU8> write_photos(const Stage& stage, const fs::path& out, const
 /// Films the motion and writes the video and the truth about it.
 void write_film(const DemoOptions& options, const Stage& stage, const ReferenceMotion& motion, size_t every,
                 const Camera& camera, const fs::path& video_file, const fs::path& truth) {
-  const ReferenceFilm film = film_reference(stage, motion, camera);
+  const ReferenceFilm film = film_reference(stage, motion, camera, options.interrupted);
   VideoWriter video(video_file, options.video_fps, camera.width, camera.height, VideoCoding::kFaithful);
   for (const ImageF& frame : film.frames) video.write(frame);
   video.close();
@@ -87,6 +89,7 @@ ReferenceOptions reference_options(const DemoOptions& options) {
   if (options.video_seconds > 0) reference.seconds = options.video_seconds;
   reference.seed = options.seed;
   reference.fps = options.video_fps;
+  reference.interrupted = options.interrupted;
   return reference;
 }
 
@@ -158,12 +161,12 @@ DemoSummary make_demo(const DemoOptions& options) {
   std::vector<Camera> cameras = stage_cameras(stage, options.photos, options.width, options.height);
   for (Camera& camera : cameras) camera.photo = (out / "photos" / (camera.name + ".png")).string();
 
-  const std::vector<ImageU8> photos = write_photos(stage, out, cameras);
+  const std::vector<ImageU8> photos = write_photos(stage, out, cameras, options.interrupted);
   write_transforms(out / "transforms.json", cameras);
   summary.photos = static_cast<int>(cameras.size());
 
   StageSplats splats = make_splats(stage, cameras, options.gaussians, options.seed);
-  splats.cloud = train_splats(splats.cloud, cameras, photos, options.training, options.seed);
+  splats.cloud = train_splats(splats.cloud, cameras, photos, options.training, options.seed, options.interrupted);
   write_ply(out / "splats.ply", splats.cloud);
   Json labels;
   for (const auto& [id, name] : stage.names()) labels[std::to_string(id)] = name;

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "app/demo/demo_interruption.h"
+
 namespace pliant {
 
 struct DemoOptions {
@@ -19,6 +21,7 @@ struct DemoOptions {
   int video_particles = 0;   ///< of the reference simulation; 0 = 14000 for the flower, 16000 for other kinds
   double video_seconds = 0;  ///< 0 = 3 for the flower, 2.5 for other kinds
   double video_fps = 24;
+  Interrupted interrupted{};  ///< asked per photo, step of the training, simulated and filmed frame
 };
 
 struct DemoSummary {
@@ -29,7 +32,7 @@ struct DemoSummary {
 /// Makes the procedural scene: splats.ply, transforms.json, photos/, masks/, labels.json, scene.json, the reference
 /// videos (of the flower reference.mp4, else videos/{poke,pull,wind,jolt}.mp4), and truth/, which only `evaluate`
 /// reads.  Deterministic for a seed, for any number of threads. Throws Error{kUsage} for an unknown kind and for sizes
-/// that make no picture.
+/// that make no picture, Error{kInterrupted}.
 DemoSummary make_demo(const DemoOptions& options);
 
 }  // namespace pliant

@@ -183,11 +183,14 @@ ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<
                                    const ReferenceOptions& options) {
   ReferenceMotion motion = without_frames(body, interactions, options);
   const size_t count = static_cast<size_t>(std::lround(options.seconds * options.fps));
+  bool interrupted = false;
   const auto result = simulate<float>(simulate_options(options), body.particles, interactions,
                                       initial_state(body.particles), [&](const SimulationState& state) {
                                         motion.frames.push_back(state);
-                                        return motion.frames.size() < count;
+                                        interrupted = is_interrupted(options.interrupted);
+                                        return motion.frames.size() < count && !interrupted;
                                       });
+  stop_demo_if(interrupted);
   motion.time_step = result.summary.min_dt;
   motion.max_stretch = result.summary.max_stretch;
   return motion;

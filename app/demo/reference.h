@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "app/demo/demo_interruption.h"
 #include "app/demo/kinds/flower.h"
 #include "app/demo/stage.h"
 #include "gaussians/base/image.h"
@@ -20,6 +21,7 @@ struct ReferenceOptions {
   double damping_time = 1.6;  ///< s in which an amplitude falls to 1/e
   double travel = 0.055;      ///< wanted peak motion of the flower's blossom [m]
   uint64_t seed = 1;
+  Interrupted interrupted{};  ///< asked per simulated frame
 };
 
 /// What moves of a stage, filled with samples; each is one particle.
@@ -61,6 +63,7 @@ struct ReferenceMotion {
 /// What a motion is known of before it is simulated.
 ReferenceMotion without_frames(const ReferenceBody& body, const std::vector<Interaction>& interactions,
                                const ReferenceOptions& options);
+/// Throws Error{kInterrupted}.
 ReferenceMotion simulate_reference(const ReferenceBody& body, const std::vector<Interaction>& interactions,
                                    const ReferenceOptions& options);
 /// The flower down to three cells below the pinned plane.
@@ -76,7 +79,9 @@ struct ReferenceFilm {
 };
 
 /// Draws a fine mesh of the object's surfaces, carried by the particles and painted as at rest, into the ray-cast view
-/// of everything that stands still; hidden surfaces by depth, 3 x 3 samples a pixel.
-ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, const Camera& camera);
+/// of everything that stands still; hidden surfaces by depth, 3 x 3 samples a pixel.  Throws
+/// Error{kInterrupted}.
+ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, const Camera& camera,
+                             const Interrupted& interrupted = {});
 
 }  // namespace pliant

@@ -1,6 +1,7 @@
 // The film of the reference motion: a mesh of the object over the still rest of the stage.
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "app/demo/raycast.h"
@@ -114,7 +115,8 @@ Vec3d project(const Camera& camera, const Vec3d& world, double scale) {
 
 }  // namespace
 
-ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, const Camera& camera) {
+ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, const Camera& camera,
+                             const Interrupted& interrupted) {
   const PaintedMesh mesh = mesh_of_object(stage);
   const Samples still = still_view(stage, camera);
   // The particles carry the vertices; the last point is the object's tip.
@@ -130,7 +132,12 @@ ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, 
   film.frames.resize(motion.frames.size());
   film.tip.resize(motion.frames.size());
   film.pixel.resize(motion.frames.size());
+  std::atomic<bool> stopped = false;
   parallel_for(static_cast<std::ptrdiff_t>(motion.frames.size()), [&](std::ptrdiff_t f) {
+    if (stopped || is_interrupted(interrupted)) {
+      stopped = true;
+      return;
+    }
     GaussianCloud now;
     deform({}, points, binding, motion.samples.position, motion.frames[f].x, motion.frames[f].F, now);
     std::vector<Vec3d> image_point(mesh.vertex.size());
@@ -146,6 +153,7 @@ ReferenceFilm film_reference(const Stage& stage, const ReferenceMotion& motion, 
     film.tip[f] = now.position.back().cast<double>();
     film.pixel[f] = project(camera, film.tip[f], 1).head<2>();
   });
+  stop_demo_if(stopped);
   return film;
 }
 

@@ -6,7 +6,8 @@
 namespace pliant {
 
 GaussianCloud train_splats(const GaussianCloud& laid, const std::vector<Camera>& cameras,
-                           const std::vector<ImageU8>& photos, int iterations, uint64_t seed) {
+                           const std::vector<ImageU8>& photos, int iterations, uint64_t seed,
+                           const Interrupted& interrupted) {
   CHECK(photos.size() == cameras.size());
   if (photos.size() < 2 || iterations == 0) return laid;
   TrainingPhotos training;
@@ -25,7 +26,10 @@ GaussianCloud train_splats(const GaussianCloud& laid, const std::vector<Camera>&
   options.sh_degree = 0;
   options.coarse_to_fine = false;
   Trainer trainer(options, training, laid);
-  while (!trainer.finished()) trainer.step();
+  while (!trainer.finished()) {
+    stop_demo_if(is_interrupted(interrupted));
+    trainer.step();
+  }
   return trainer.state().cloud;
 }
 

@@ -48,10 +48,9 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
   terms.flow_weight = stage.flow_weight;
   if (terms.picture_weight > 0 || terms.flow_weight > 0)
     for (const FitView* view : fit.views()) {
-      // What some frame hides is left out of all of them.
-      ImageF mask = motion_mask(*view, fit.used, kGrow);
-      for (int f = 0; f < fit.used && !view->compared.empty(); ++f) leave_out(mask, *view, f);
-      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), mask));
+      std::vector<ImageF> weight(view->compared.size() > 1 ? fit.used : 1, motion_mask(*view, fit.used, kGrow));
+      for (size_t f = 0; f < weight.size(); ++f) leave_out(weight[f], *view, static_cast<int>(f));
+      terms.seen.push_back(cut_to_weight(view->video.camera, std::span(view->video.frames).first(fit.used), weight));
     }
   if (!stage.guide.empty()) {
     terms.guide = start_guide(context, run, stage, first_step);
@@ -62,6 +61,8 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
 }
 
 }  // namespace
+
+uint64_t network_seed(const Context& context) { return context.seed - 1; }
 
 std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,
                                       int first_step) {
@@ -97,6 +98,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
         fmt::format("fit: {} parts, each with its own stiffness", *std::ranges::max_element(options.part) + 1));
   }
   if (stage.field == "smooth") options.kind = MaterialKind::kSmooth;
+  options.planes.seed = options.kan.seed = network_seed(context);
   if (stage.field == "triplanes") {
     options.kind = MaterialKind::kTriplanes;
   } else if (stage.field == "kan") {

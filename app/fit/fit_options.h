@@ -10,6 +10,9 @@ namespace pliant {
 MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,
                                         const FitStage& stage, const FitScene& fit, int first_step);
 
+/// Of the first parameters of networks: 0, that of their fields, where the program's is its default.
+uint64_t network_seed(const Context& context);
+
 /// Starts the program of stage.compare.guide, which talks through fit/guide/.
 std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,
                                       int first_step);

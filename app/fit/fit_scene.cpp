@@ -126,12 +126,12 @@ void keep_foreground(const Context& context, FitView& view, const ImageF& mask) 
     context.progress.say("fit: " + sentence);
 }
 
-/// What `stage`, the whole one or that of a further video `beside` the first, shows.
+/// What `stage`, the whole one or that of a further video `beside` the first, shows; `found`: cameras of videos before.
 FitView load_view(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage,
-                  const FitScene& fit, const ReferenceVideo* beside = nullptr) {
+                  const FitScene& fit, std::vector<Camera>& found, const ReferenceVideo* beside = nullptr) {
   FitView view;
   const Scene& scene = in.scene;
-  view.video = load_fit_video(context, run, in, stage, beside);
+  view.video = load_fit_video(context, run, in, stage, beside, &found);
   for (const std::string& warning : view.video.warnings) context.progress.warn(warning);
   view.compared = load_compared(stage, view.video);
   const ImageF depth = look(fit, view);
@@ -181,9 +181,10 @@ std::vector<const FitView*> FitScene::views() const {
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const FitInputs& in) {
   const FitStage& stage = in.options;
   FitScene fit = load_body(in);
-  static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit);
+  std::vector<Camera> found;
+  static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit, found);
   for (size_t i = 0; i < stage.further_videos(); ++i)
-    fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, &fit.video));
+    fit.further.push_back(load_view(context, run, in, further_video(stage, i), fit, found, &fit.video));
   const std::optional<Interaction> floor = floor_of(in.found, {}, in.scene);
   if (floor && fit.pins.empty()) {
     context.progress.say("fit: nothing holds the object: the plane of '" +

@@ -84,6 +84,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
       stage.recipe == "physics3d" ? DistilledFitOptions::physics3d() : DistilledFitOptions::dreamphysics();
   recipe.iterations = *compare.iterations;
   recipe.network = stage.field == "kan";
+  recipe.seed = network_seed(context);
   const int clips = stage.distilled() ? recipe.stages : 1;  // that an iteration asks about
   const int drawn = *compare.guide_frames * clips;
   FitScene fit = load_still_scene(in, unfilmed_camera(context, in.files.at("object"), scene, stage));

@@ -119,9 +119,14 @@ void tell_choice(const Context& context, const Scene& scene, const FitStage& sta
                   file.string(), others));
 }
 
-void tell(const Context& context, const RunDirectory& run, const RefinedCamera& refined) {
+/// Also keeps it, after those `found` for videos before, under a name of its own.
+void tell(const Context& context, const RunDirectory& run, const RefinedCamera& refined, std::vector<Camera>& found) {
+  Camera camera = refined.camera;
+  if (std::ranges::any_of(found, [&](const Camera& other) { return other.name == camera.name; }))
+    camera.name += fmt::format("_{}", found.size() + 1);
+  found.push_back(camera);
   fs::create_directories(run / "fit");
-  write_cameras(run / "fit/transforms.json", {refined.camera});
+  write_cameras(run / "fit/transforms.json", found);
   context.progress.say(
       fmt::format("fit: the video's camera matches the scene with score {:.2f} (before: {:.2f}), offset {:.2f} px, "
                   "after {} renders",
@@ -142,16 +147,15 @@ int most_pixels(const Scene& scene) {
 }
 
 Camera find_in_scene(const Context& context, const RunDirectory& run, const Scene& scene, const fs::path& file,
-                     const ImageF& first) {
+                     const ImageF& first, std::vector<Camera>& cameras) {
   context.progress.say(
       fmt::format("fit: searching for the video's camera among {} known cameras", scene.cameras.size()));
-  const FoundCamera found = find_camera({}, scene.cloud, rendering_of(scene), scene.cameras, first);
+  FoundCamera found = find_camera({}, scene.cloud, rendering_of(scene), scene.cameras, first);
   if (!found.found) throw input_error(file.string(), "camera", found.sentence, "");
   context.progress.say("fit: " + found.sentence);
-  tell(context, run, found.refined);
-  Camera camera = found.refined.camera;
-  camera.name = scene.cameras[found.nearest].name + "_found";
-  return camera;
+  found.refined.camera.name = scene.cameras[found.nearest].name + "_found";
+  tell(context, run, found.refined, cameras);
+  return found.refined.camera;
 }
 
 /// Where the lenses of the scene's cameras are, if a training has removed them from the photos.
@@ -186,7 +190,7 @@ ReferenceVideo generate(const Context& context, const RunDirectory& run, const F
 }
 
 ReferenceVideo load_video(const Context& context, const RunDirectory& run, const FitInputs& in, const FitStage& stage,
-                          const ReferenceVideo* beside) {
+                          const ReferenceVideo* beside, std::vector<Camera>& found) {
   const Scene& scene = in.scene;
   if (!stage.generate.command.empty()) return generate(context, run, in, stage);
   const NamedVideo named = named_video(scene, stage);
@@ -225,10 +229,10 @@ ReferenceVideo load_video(const Context& context, const RunDirectory& run, const
   }
   ReferenceVideo video = load_reference_video(options, file, any);
   if (camera.width == 0) {
-    video.camera = find_in_scene(context, run, scene, file, video.frames[0]);
+    video.camera = find_in_scene(context, run, scene, file, video.frames[0], found);
   } else {
     const RefinedCamera refined = refine_camera({}, scene.cloud, rendering_of(scene), camera, video.frames[0]);
-    tell(context, run, refined);
+    tell(context, run, refined, found);
     video.camera = refined.camera;
   }
   return tell_lens(context, std::move(video));
@@ -265,8 +269,9 @@ Camera unfilmed_camera(const Context& context, const fs::path& object, const Sce
 }
 
 ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
-                              const FitStage& stage, const ReferenceVideo* beside) {
-  ReferenceVideo video = load_video(context, run, in, stage, beside);
+                              const FitStage& stage, const ReferenceVideo* beside, std::vector<Camera>* found) {
+  std::vector<Camera> alone;
+  ReferenceVideo video = load_video(context, run, in, stage, beside, found ? *found : alone);
   if (has_mask(stage)) check_mask(context, in, stage, video);
   return video;
 }

@@ -8,13 +8,15 @@
 namespace pliant {
 
 /// The video that a fit explains and the camera that took it: one of the scene's, one of a pose file, or, when none is
-/// named, the one that its first frame shows (fit/transforms.json keeps what was found).  With stage.generate, a
-/// program makes the video from the scene as the camera sees it, or has made it for the same inputs, in fit/generated/.
-/// Throws Error{kUsage} for names that are not there, Error{kInput} for files that cannot be used and for a first frame
-/// that shows something else. `stage` is that of the inputs, or of a further video of theirs, whose frames are of the
-/// same instants as those of the one `beside` it.
+/// named, the one that its first frame shows.  fit/transforms.json keeps what was found or refined, after the cameras
+/// of the videos before this one, `found` (null: none), to which it is added.  With stage.generate, a program makes the
+/// video from the scene as the camera sees it, or has made it for the same inputs, in fit/generated/. Throws
+/// Error{kUsage} for names that are not there, Error{kInput} for files that cannot be used and for a first frame that
+/// shows something else. `stage` is that of the inputs, or of a further video of theirs, whose frames are of the same
+/// instants as those of the one `beside` it.
 ReferenceVideo load_fit_video(const Context& context, const RunDirectory& run, const FitInputs& in,
-                              const FitStage& stage, const ReferenceVideo* beside = nullptr);
+                              const FitStage& stage, const ReferenceVideo* beside = nullptr,
+                              std::vector<Camera>* found = nullptr);
 
 /// Whether the stage names a mask of its video.
 bool has_mask(const FitStage& stage);

@@ -18,7 +18,6 @@
 #include "app/store/training.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/json_file.h"
-#include "gaussians/io/splats/splats.h"
 #include "gaussians/reconstruct/check_poses.h"
 #include "segmentation/field/joint_term.h"
 #include "segmentation/labels/mask_layouts.h"
@@ -61,27 +60,14 @@ std::unique_ptr<JointTerm> joint_term(const Context& context, const PhotoSet& se
   if (!stage.joint) return nullptr;
   const fs::path folder = masks_of(set, stage);
   if (folder.empty()) throw usage_error("--joint", "--masks", "are not known for these photos", "give --masks FOLDER");
-  const MaskSet masks = training_masks(folder, set.settings.labels, cameras, photos);
+  MaskSet masks = training_masks(folder, labels_of(folder, set.settings.labels), cameras, photos);
   for (const std::string& warning : masks.warnings) context.progress.warn(warning);
+  if (!stage.mask_zero.empty()) label_background(masks);
   JointOptions options;
   options.seed = context.seed;
   for (size_t i = 0; i < photos.photos.size(); ++i)
     if (photos.photos[i].held_out) options.held_out.push_back(static_cast<int>(i));
   return std::make_unique<JointTerm>(options, masks);
-}
-
-/// A trained scene goes on in small steps and keeps its Gaussians.
-TrainingStart go_on_from(const std::string& splats, const SceneFile& settings, TrainOptions& options) {
-  ReadReport report;
-  GaussianCloud cloud = read_splats(splats, &report);
-  options.render.antialiased |= settings.antialiased.value_or(report.antialiased);
-  options.densification = Densification::kNone;
-  options.coarse_to_fine = false;
-  options.position_rate *= 0.1f;
-  options.sh_degree = std::max(options.sh_degree, cloud.sh_degree);
-  const std::string sentence = fmt::format("{} Gaussians from {}", cloud.size(), splats);
-  const size_t count = cloud.size();
-  return {std::move(cloud), {{"kind", "splats"}, {"points", count}, {"sentence", sentence}}};
 }
 
 /// The checkpoint of an unfinished training with the same options and inputs; one of another is moved aside.
@@ -196,7 +182,8 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   json start;
   const std::unique_ptr<JointTerm> term = joint_term(context, set, stage, cameras, photos);
   std::optional<TrainingStart> trained;
-  if (!stage.splats.empty()) trained = go_on_from(stage.splats, set.settings, options);
+  if (!stage.splats.empty()) trained = start_from_splats(stage, set.settings, options);
+  const bool z_is_up = trained && trained->z_is_up;
   stage.train = options;
   std::optional<Trainer> trainer;
   if (earlier) {
@@ -227,9 +214,9 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   });
 
   const TrainingState& state = trainer->state();
-  const std::vector<std::string> lost = write_trained_scene(
-      run,
-      {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased, background_of(set, in.options)});
+  const std::vector<std::string> lost =
+      write_trained_scene(run, {set, cameras, photos, state.cloud, state.iteration, options.render.antialiased, z_is_up,
+                                background_of(set, in.options)});
   for (const std::string& sentence : lost) {
     context.progress.warn(sentence);
     warnings.push_back(sentence);
@@ -237,7 +224,13 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
   if (term) {
     std::vector<Camera> pinholes;
     for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);
-    write_segmentation(run / "segmentation.h5", term->segmentation(state, pinholes, options.render), provenance);
+    const JointResult joint = term->result(state, pinholes, options.render);
+    write_segmentation(run / "segmentation.h5", joint.segmentation, provenance);
+    if (std::string warning = warning_of_zero(joint.segmentation.class_name, joint.unlabelled);
+        stage.mask_zero.empty() && !warning.empty()) {
+      context.progress.warn(warning);
+      warnings.push_back(std::move(warning));
+    }
   }
   json results = results_json(key_of(in).options, options, photos, state, start, warnings);
   results["source"] = fs::weakly_canonical(set.source).string();
@@ -271,11 +264,18 @@ StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& c
         trained_photos(stage.masks.empty() ? set.settings.masks : fs::path(stage.masks));
     if (!trained.empty()) in.found["images_train"] = trained;
     in.found["joint"] = true;
-    if (!set.settings.labels.empty()) in.files["labels"] = set.settings.labels;
+    if (!stage.mask_zero.empty()) in.found["mask_zero"] = stage.mask_zero;
+    const fs::path labels = labels_of(masks_of(set, stage), set.settings.labels);
+    if (!labels.empty()) in.files["labels"] = labels;
     in.outputs.push_back("segmentation.h5");
     in.kept.push_back("segmentation.h5");
   }
-  if (!stage.splats.empty()) in.files["splats"] = stage.splats;
+  // Each level of detail has files of its own, so that they tell the level.
+  for (const fs::path& file : stage.splats) {
+    const bool first = &file == &stage.splats.front();
+    const fs::path folder = stage.splats.front().parent_path();
+    in.files[first ? "splats" : "splats " + file.lexically_proximate(folder).string()] = file;
+  }
   const SceneFile& settings = set.settings;
   if (settings.background && stage.background.empty())
     in.found["background"] = {settings.background->x(), settings.background->y(), settings.background->z()};

@@ -28,7 +28,10 @@ struct ReconstructStage {
   int checkpoint_every = 0;  ///< iterations; 0 = about every minute
   bool joint = false;        ///< train the semantic attribute along with the scene -> segmentation.h5
   std::string masks;         ///< folder, of joint training; empty = the scene file's
-  std::string splats;        ///< file, of joint training: start from this trained scene
+  std::string mask_zero;     ///< what id 0 of these is: background, an object like others; empty = unlabelled
+  std::vector<std::filesystem::path> splats;  ///< of joint training: start from the trained scene of these files, of
+                                              ///< which the first refers to the others (ReadReport::files)
+  std::optional<int> level;                   ///< of it that is read, of a streamed SOG
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(ReconstructStage& stage);

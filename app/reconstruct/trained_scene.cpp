@@ -31,9 +31,8 @@ constexpr const char* kSceneNote = "scene_file";
 /// `folder`.
 void write_masks(const fs::path& folder, const TrainedScene& scene, json& out) {
   const SceneFile& settings = scene.set.settings;
-  const fs::path beside = settings.masks / "labels.json";
-  const bool labelled = fs::exists(beside);
-  const fs::path labels = labelled ? beside : settings.labels;
+  const bool labelled = fs::exists(settings.masks / "labels.json");
+  const fs::path labels = labels_of(settings.masks, settings.labels);
   const MaskSet masks = training_masks(settings.masks, labels, scene.cameras, scene.photos);
   for (const MaskSet::View& view : masks.views)
     write_ids(folder / "masks" / (scene.photos.photos[view.camera].camera.name + ".png"), view.ids);
@@ -70,6 +69,14 @@ std::optional<Eigen::Vector3d> lost_up(const TrainedScene& scene, const std::vec
   const std::optional<UpDirection> source = up_of_cameras(scene.cameras.cameras), now = up_of_cameras(written);
   if (!source || (now && source->up.dot(now->up) > kAlike)) return std::nullopt;
   return source->up;
+}
+
+/// Whether +z points up, as the splats say that the training went on from, the source's scene.json or its cameras.
+bool has_z_up(const TrainedScene& scene) {
+  if (scene.z_is_up) return true;
+  if (scene.set.settings.up) return is_near_z(*scene.set.settings.up);
+  const std::optional<UpDirection> seen = up_of_cameras(scene.cameras.cameras);
+  return seen && is_near_z(seen->up);
 }
 
 /// Removes what the last training wrote.  What someone else put in its place, or has changed since, is moved aside.
@@ -140,11 +147,9 @@ void check_own_scene(const RunDirectory& run) {
 void refuse_own_source(const fs::path& folder, const PhotoSet& set, const ReconstructStage& stage) {
   static const std::set<std::string> made = {
       ".", "point_cloud", "photos", "masks", kMaskNames, "transforms.json", "cameras.json", "scene.json", kLensFile};
-  const std::pair<const char*, fs::path> sources[] = {{"cameras", set.cameras},
-                                                      {"photos", set.photos},
-                                                      {"masks", set.settings.masks},
-                                                      {"masks", stage.masks},
-                                                      {"splats", stage.splats}};
+  std::vector<std::pair<const char*, fs::path>> sources = {
+      {"cameras", set.cameras}, {"photos", set.photos}, {"masks", set.settings.masks}, {"masks", stage.masks}};
+  for (const fs::path& file : stage.splats) sources.emplace_back("splats", file);
   for (const auto& [what, source] : sources) {
     if (source.empty()) continue;
     const fs::path within = fs::weakly_canonical(source).lexically_relative(fs::weakly_canonical(folder));
@@ -161,7 +166,7 @@ std::vector<std::string> write_trained_scene(RunDirectory& run, const TrainedSce
   std::vector<std::string> lost = make_room(run, scene);
 
   const std::string splats = fmt::format("point_cloud/iteration_{}/point_cloud.ply", scene.iteration);
-  write_ply(folder / splats, scene.cloud, scene.antialiased);
+  write_ply(folder / splats, scene.cloud, scene.antialiased, has_z_up(scene));
   const std::vector<Camera> cameras = write_training_photos(folder / "photos", scene.photos);
   write_transforms(folder / "transforms.json", cameras);
   write_cameras_json(folder / "cameras.json", cameras);

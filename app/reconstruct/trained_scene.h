@@ -14,6 +14,7 @@ struct TrainedScene {
   const GaussianCloud& cloud;
   int iteration = 0;
   bool antialiased = false;
+  bool z_is_up = false;                  ///< the splats that the training went on from say so
   std::optional<Vec3d> background = {};  ///< color behind it, where someone said one
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/splats/splats.h"
 #include "gaussians/reconstruct/start_cloud.h"
 #include "gaussians/reconstruct/trainer.h"
 #include "gaussians/reconstruct/triangulate.h"
@@ -70,6 +71,22 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
   std::vector<Camera> cameras;
   for (const TrainingPhoto& photo : photos.photos) cameras.push_back(photo.camera);
   return {random_cloud(cameras, count, context.seed), {{"kind", "random"}, {"points", count}, {"sentence", sentence}}};
+}
+
+TrainingStart start_from_splats(const ReconstructStage& stage, const SceneFile& settings, TrainOptions& options) {
+  ReadReport report;
+  GaussianCloud cloud = read_splats(stage.splats.at(0), &report, stage.level.value_or(kFinestLevel));
+  options.render.antialiased |= settings.antialiased.value_or(report.antialiased);
+  options.densification = Densification::kNone;
+  options.coarse_to_fine = false;
+  options.position_rate *= 0.1f;
+  options.sh_degree = std::max(options.sh_degree, cloud.sh_degree);
+  const size_t count = cloud.size();
+  const std::string sentence = fmt::format("{} Gaussians from {}", count, stage.splats[0].string());
+  return {std::move(cloud),
+          {{"kind", "splats"}, {"points", count}, {"sentence", sentence}},
+          std::move(report.warnings),
+          report.z_is_up};
 }
 
 }  // namespace pliant

@@ -12,6 +12,7 @@ struct TrainingStart {
   GaussianCloud cloud;
   nlohmann::json description;  ///< {kind, points, sentence}
   std::vector<std::string> warnings = {};
+  bool z_is_up = false;  ///< the file of a trained scene says that +z points up
 };
 
 /// Fewer points are no start: random Gaussians are a better one.
@@ -22,5 +23,9 @@ constexpr size_t kFewestStartPoints = 100;
 /// see hardly any of the triangulated points are warned about.
 TrainingStart start_training(const Context& context, const ReconstructStage& stage, SparsePoints points,
                              const TrainingPhotos& photos);
+
+/// The trained scene stage.splats, to go on from in small steps and with its Gaussians alone; `options` become so, and
+/// antialiased where `settings` or the file say it.
+TrainingStart start_from_splats(const ReconstructStage& stage, const SceneFile& settings, TrainOptions& options);
 
 }  // namespace pliant

@@ -77,6 +77,14 @@ void keep_mean_up(const RunDirectory& run, Scene& scene, const LoadOptions& opti
   scene.up_source = "mean up of the cameras, with which this run was made";
 }
 
+/// Whether the material of an object is among what a stage has written.
+bool writes_material(const json& record) {
+  const json outputs = record.value("outputs", json::array());
+  return std::any_of(outputs.begin(), outputs.end(), [](const json& output) {
+    return fs::path(output.get<std::string>()).filename() == "material.h5";
+  });
+}
+
 }  // namespace
 
 fs::path place_of_scene(const fs::path& source) {
@@ -196,12 +204,12 @@ bool reads_present(const RunDirectory& run, const std::string& stage, const std:
   return !inputs.contains(role) || (fs::exists(file) && inputs[role] == hash_of_input(file));
 }
 
-bool is_fitted(const RunDirectory& run) {
-  if (!run.has("fit")) return false;
-  const json outputs = run.manifest()["stages"]["fit"].value("outputs", json::array());
-  return std::any_of(outputs.begin(), outputs.end(), [](const json& output) {
-    return fs::path(output.get<std::string>()).filename() == "material.h5";
-  });
+bool is_fitted(const RunDirectory& run) { return run.has("fit") && writes_material(run.manifest()["stages"]["fit"]); }
+
+bool is_refit_unfinished(const RunDirectory& run) {
+  if (run.has("fit")) return false;
+  const json last = run.last_record("fit");
+  return last.is_object() && last.contains("replaced") && writes_material(last["replaced"]["record"]);
 }
 
 std::string fit_is_of(const RunDirectory& run, const Scene& scene) {

@@ -46,6 +46,8 @@ bool reads_present(const RunDirectory& run, const std::string& stage, const std:
 
 /// Whether this run has been fitted.
 bool is_fitted(const RunDirectory& run);
+/// Whether a fit that is to replace that of this run was interrupted, and so neither is there.
+bool is_refit_unfinished(const RunDirectory& run);
 /// What the fit of this run does not belong to any more: "other particles", "another scale"; empty when it belongs to
 /// what is there.
 std::string fit_is_of(const RunDirectory& run, const Scene& scene);

@@ -56,6 +56,19 @@ std::string unusable_field(const json& record) {
   return summary.is_object() && summary.contains("folder") && !is_inside(summary["folder"]) ? "summary.folder" : "";
 }
 
+/// The field for which what an unfinished stage was replacing is of no use, or empty.
+std::string unusable_replaced(const json& replaced) {
+  if (!replaced.is_object()) return "replaced";
+  if (const std::string field = unusable_field(replaced.value("record", json())); !field.empty())
+    return "replaced.record." + field;
+  const auto is_pair = [](const json& pair) { return pair.is_array() && pair.size() == 2 && is_inside(pair[0]); };
+  const json moved = replaced.value("moved", json()), written = replaced.value("written", json());
+  const auto is_move = [&](const json& pair) { return is_pair(pair) && is_inside(pair[1]); };
+  if (!moved.is_array() || !std::all_of(moved.begin(), moved.end(), is_move)) return "replaced.moved";
+  const auto is_time = [&](const json& pair) { return is_pair(pair) && pair[1].is_number_integer(); };
+  return written.is_array() && std::all_of(written.begin(), written.end(), is_time) ? "" : "replaced.written";
+}
+
 /// Texts in `value` that name the folder `before` or something in it name `after` instead.
 void rename_paths(const std::string& before, const std::string& after, json& value) {
   if (value.is_structured())
@@ -129,12 +142,19 @@ void RunDirectory::read() {
     if (const std::string field = unusable_field(record); !field.empty())
       throw input_error(file, "stages." + stage + "." + field, "is missing or leads out of the run directory", advice);
   const json begun = read.value("begun", json::object());
-  for (const auto& [stage, record] : begun.items())
+  for (const auto& [stage, record] : begun.items()) {
     if (!record.is_object() || !are_inside(record.value("outputs", json::array())))
       throw input_error(file, "begun." + stage + ".outputs", "leads out of the run directory", advice);
+    if (!record.contains("replaced")) continue;
+    if (const std::string field = unusable_replaced(record["replaced"]); !field.empty())
+      throw input_error(file, "begun." + stage + "." + field, "is missing or leads out of the run directory", advice);
+  }
   for (const char* group : {"stages", "begun"})
     if (read.contains(group))
-      for (json& record : read[group]) leave_out_video_path(record);
+      for (json& record : read[group]) {
+        leave_out_video_path(record);
+        if (record.contains("replaced")) leave_out_video_path(record["replaced"]["record"]);
+      }
   manifest_ = std::move(read);
 }
 
@@ -220,7 +240,8 @@ std::string RunDirectory::move_folder(const std::string& before, const std::stri
   const std::map<std::string, std::string> moved = move_aside({after});
   const std::string aside = moved.empty() ? "" : moved.at(after);
   fs::rename(path_ / before, path_ / after);
-  rename_paths(before, after, manifest_["stages"]);
+  for (const char* group : {"stages", "begun"})
+    if (manifest_.contains(group)) rename_paths(before, after, manifest_[group]);
   save();
   return aside;
 }

@@ -67,10 +67,11 @@ class RunDirectory {
   /// Runs `body` unless the same record and all outputs are there.  Where the record differs, the difference is said,
   /// and what key.kept names is moved aside first, unless context.overwrite.  A `body` that fails, unless it was
   /// interrupted, leaves the previous result as it was; what it had made of the folders moved aside is kept as
-  /// NAME.failed, and is there again when the same key is next attempted.  After one that succeeds, outputs of other
-  /// choices are removed, finished or not, but for those of objects.  `body` is given the provenance for the files that
-  /// it writes (version, stage and record of the key, no times) and returns the stage's summary.  Returns the summary,
-  /// old or new.
+  /// NAME.failed, and is there again when the same key is next attempted.  One that was interrupted leaves the previous
+  /// result aside; it comes back when the same key then fails, or when another key is attempted.  After one that
+  /// succeeds, outputs of other choices are removed, finished or not, but for those of objects.  `body` is given the
+  /// provenance for the files that it writes (version, stage and record of the key, no times) and returns the stage's
+  /// summary.  Returns the summary, old or new.
   nlohmann::json stage(const Context& context, const StageKey& key,
                        const std::function<nlohmann::json(const std::string& provenance)>& body);
 
@@ -109,8 +110,15 @@ class RunDirectory {
   /// Moves folders that put_back kept of an attempt with the same record to their places.
   void take_up_failed(const Context& context, const std::string& stage, const nlohmann::json& now,
                       const Replaced& replaced);
-  /// Moves back what begin_replacing moved, and records it again.
-  void put_back(const Context& context, const std::string& stage, const nlohmann::json& now, const Replaced& replaced);
+  /// What an attempt that was interrupted or killed was replacing, where `now` goes on with that attempt.  One that
+  /// does not go on with it puts the previous result back first.
+  Replaced still_replaced(const Context& context, const std::string& stage, const nlohmann::json& now);
+  /// As run.json keeps it: {record, moved: [[name, name since]], written: [[output, time]]}.
+  static nlohmann::json to_json(const Replaced& replaced);
+  /// Moves back what begin_replacing moved, and records it again; folders that the attempt with this record has made
+  /// are kept as NAME.failed.
+  void put_back(const Context& context, const std::string& stage, const nlohmann::json& attempt,
+                const Replaced& replaced);
   void read();
   void save() const;
 

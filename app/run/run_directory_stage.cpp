@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -45,6 +46,13 @@ std::vector<std::string> aside_names(const std::map<std::string, std::string>& m
   return names;
 }
 
+/// Of what was being made when a stage ended early: the record without what begun adds to it.
+json record_of_attempt(json begun) {
+  begun.erase("outputs");
+  begun.erase("replaced");
+  return begun;
+}
+
 }  // namespace
 
 std::vector<std::string> RunDirectory::outputs_of_others(const StageKey& key) const {
@@ -83,16 +91,41 @@ RunDirectory::Replaced RunDirectory::begin_replacing(const Context& context, con
   return replaced;
 }
 
-void RunDirectory::put_back(const Context& context, const std::string& stage, const json& now,
+json RunDirectory::to_json(const Replaced& replaced) {
+  json out = {{"record", replaced.record}, {"moved", json::array()}, {"written", json::array()}};
+  for (const auto& [name, aside] : replaced.moved) out["moved"].push_back({name, aside});
+  for (const auto& [output, time] : replaced.written)
+    out["written"].push_back({output, static_cast<std::int64_t>(time.time_since_epoch().count())});
+  return out;
+}
+
+RunDirectory::Replaced RunDirectory::still_replaced(const Context& context, const std::string& stage, const json& now) {
+  const json begun = manifest_.value("begun", json::object()).value(stage, json());
+  Replaced replaced;
+  if (has(stage) || !begun.is_object() || !begun.contains("replaced")) return replaced;
+  const json& kept = begun["replaced"];
+  for (const json& pair : kept["moved"]) {
+    const std::string aside = pair[1];
+    if (!fs::exists(path_ / aside)) return {};
+    replaced.moved.emplace(pair[0].get<std::string>(), aside);
+  }
+  for (const json& pair : kept["written"])
+    replaced.written.emplace(pair[0].get<std::string>(),
+                             fs::file_time_type(fs::file_time_type::duration(pair[1].get<std::int64_t>())));
+  replaced.record = kept["record"];
+  if (first_difference(begun, now).empty()) return replaced;
+  put_back(context, stage, record_of_attempt(begun), replaced);
+  return {};
+}
+
+void RunDirectory::put_back(const Context& context, const std::string& stage, const json& attempt,
                             const Replaced& replaced) {
   if (replaced.record.is_null()) return;
   for (const auto& [name, aside] : replaced.moved) {
-    // An interrupted stage goes on from what it has made.
-    if (context.interrupted() && fs::exists(path_ / name)) return;
     if (has_files(path_ / name)) {
       fs::remove_all(path_ / failed_name(name));
       fs::rename(path_ / name, path_ / failed_name(name));
-      manifest_["failed"][stage] = now;
+      manifest_["failed"][stage] = attempt;
       context.progress.say(fmt::format("{}: the partial {} is kept as {}; the same command resumes from it", stage,
                                        name, failed_name(name)));
     }
@@ -113,7 +146,7 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
   hold();
   const json now = record_of(key, context.seed);
   const std::vector<std::string> others = outputs_of_others(key);
-  Replaced replaced;
+  Replaced replaced = still_replaced(context, key.name, now);
   if (has(key.name)) {
     const json& before = manifest_["stages"][key.name];
     const std::string changed = first_difference(before, now);
@@ -131,6 +164,7 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
   json& begun = manifest_["begun"][key.name] = now;
   begun["outputs"] = key.outputs;
   for (const std::string& output : others) begun["outputs"].push_back(output);
+  if (!replaced.record.is_null()) begun["replaced"] = to_json(replaced);
   save();  // what an interrupted stage leaves lies in a run directory
 
   reset_peak_memory();
@@ -141,7 +175,11 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
   try {
     summary = body(provenance.dump());
   } catch (...) {
-    put_back(context, key.name, now, replaced);
+    // An interrupted stage goes on from what it has made.
+    const bool goes_on = std::any_of(replaced.moved.begin(), replaced.moved.end(),
+                                     [&](const auto& pair) { return fs::exists(path_ / pair.first); }) &&
+                         context.interrupted();
+    if (!goes_on) put_back(context, key.name, now, replaced);
     throw;
   }
   // What other choices wrote is no result of these; objects keep theirs.

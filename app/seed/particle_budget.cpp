@@ -29,8 +29,9 @@ CoarseCost cost_from_json(const json& record) {
 }
 
 double particle_steps(const CoarseCost& cost, int count) {
-  const double particles = std::max(cost.particles + count - cost.asked, 1.0);
-  return particles * cost.steps_per_second * std::cbrt(count / cost.asked);
+  const double finer = std::cbrt(count / cost.asked);  // cells
+  const double of_thin = std::max(cost.particles - cost.asked, 0.0) * finer * finer;
+  return (count + of_thin) * cost.steps_per_second * finer;
 }
 
 int affordable_count(const CoarseCost& cost, int usual) {

@@ -17,8 +17,8 @@ CoarseCost cost_of(const Particles& body, int asked);
 nlohmann::json to_json(const CoarseCost& cost);
 CoarseCost cost_from_json(const nlohmann::json& record);
 
-/// Particles times time steps that a second of motion takes where `count` particles are asked for: halving the cells
-/// halves the steps.
+/// Particles times time steps that a second of motion takes where `count` particles are asked for: cells half as wide
+/// take twice as many steps, and thin parts four times the particles that they get besides.
 double particle_steps(const CoarseCost& cost, int count);
 
 /// Particles where even fewer would take more than kUsualParticleSteps.

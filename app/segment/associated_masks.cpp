@@ -12,7 +12,7 @@ MaskSet associated_masks(const Context& context, const Scene& scene, const Segme
                          const SemanticOptions& semantic, const std::filesystem::path& folder) {
   // Names that lie beside the masks may be those of things in single photos, as `label` writes them.
   const bool labelled = std::filesystem::exists(folder / "labels.json");
-  MaskSet masks = load_masks(folder, labelled ? folder / "labels.json" : scene.settings.labels, scene.cameras);
+  MaskSet masks = load_masks(folder, labels_of(folder, scene.settings.labels), scene.cameras);
   if (!stage.mask_zero.empty()) label_background(masks);
   if (stage.associate == "never" || stage.label.track) return masks;
   const MaskSet as_labelled = masks;

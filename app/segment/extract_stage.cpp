@@ -52,29 +52,49 @@ std::map<uint32_t, double> prominence(const Scene& scene, const std::vector<uint
   return sum;
 }
 
-/// Whether segment took its objects from the scene file's masks, whose names `support` is one of; a person may have
-/// renamed or merged them since.
-bool has_names_of_file(const RunDirectory& run, const Scene& scene, const json& segmented) {
-  const std::filesystem::path& masks = scene.settings.masks;
-  if (scene.settings.file.empty() || masks.empty() || !run.note("edits").empty()) return false;
-  if (segmented.value("automatic", false) || segmented.value("selected", false)) return false;
+/// How far names in the scene file hold for the objects of a run.
+enum class FileNames {
+  kGiven,    ///< selected or found automatically: only for what a person has called so
+  kOther,    ///< other masks than the file's: not IDs and default names ("object_3"), which mean something else here
+  kAll,      ///< masks or a classifier for a file without masks
+  kTrained,  ///< the masks of a joint training, which have the file's object
+  kOwn       ///< the file's masks, which have all that it names
+};
+
+FileNames names_of_file(const RunDirectory& run, const Scene& scene, const json& segmented) {
+  if (segmented.value("automatic", false) || segmented.value("selected", false)) return FileNames::kGiven;
+  if (scene.settings.file.empty()) return FileNames::kOther;
   const json inputs = run.manifest()["stages"]["segment"].value("inputs", json::object());
-  return inputs.contains("masks") && inputs["masks"] == hash_of_input(masks);
+  if (inputs.contains("joint")) return FileNames::kTrained;
+  const std::filesystem::path& masks = scene.settings.masks;
+  if (masks.empty()) return segmented.value("labelled", false) ? FileNames::kOther : FileNames::kAll;
+  return inputs.contains("masks") && inputs["masks"] == hash_of_input(masks) ? FileNames::kOwn : FileNames::kOther;
 }
 
-/// Class of the scene file's support, by id or name; empty where it names none.
-std::optional<size_t> support_class(const Scene& scene, const Segmentation& segmentation) {
-  const std::string& wanted = scene.settings.support;
-  for (size_t c = 0; c < segmentation.class_id.size(); ++c)
-    if (wanted == segmentation.class_name[c] || wanted == std::to_string(segmentation.class_id[c])) return c;
+/// Whether a name is an ID, or what an object without a name is called.
+bool is_number(std::string name) {
+  if (name.rfind("object_", 0) == 0) name.erase(0, 7);
+  return name.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/// What an object that the scene file calls `name` is called after a person's edits; empty where the file cannot mean
+/// any of these objects.
+std::string present_name(FileNames names, const json& edits, std::string name) {
+  const bool meant = names >= FileNames::kAll || (names == FileNames::kOther && !is_number(name));
+  bool given = false;
+  for (const json& edit : edits) {
+    if (!edit.contains("renamed")) continue;
+    if (meant && edit["renamed"][0] == name) name = edit["renamed"][1];
+    given = given || edit["renamed"][1] == name;
+  }
+  return meant || given ? name : "";
+}
+
+/// Class of that ID or name; empty where there is none.
+std::optional<size_t> class_called(const Segmentation& segmentation, const std::string& name) {
+  for (size_t c = 0; c < segmentation.class_id.size() && !name.empty(); ++c)
+    if (name == segmentation.class_name[c] || name == std::to_string(segmentation.class_id[c])) return c;
   return std::nullopt;
-}
-
-/// What an object is called after the renamings among a person's edits.
-std::string present_name(const json& edits, std::string name) {
-  for (const json& edit : edits)
-    if (edit.contains("renamed") && edit["renamed"][0] == name) name = edit["renamed"][1];
-  return name;
 }
 
 /// The object to cut, and why that one where nobody chose it.
@@ -85,18 +105,14 @@ struct ChosenClass {
 
 /// Class of the object that the user means by id or name; without a wish the scene file's, else the only one, else the
 /// most prominent.  The rest, the background and `supports` of the automatic mode count only when they are asked for,
-/// or where there is nothing else.  The scene file does not know the names of a selection or of the automatic mode;
-/// what it names may have been renamed since.
+/// or where there is nothing else.
 ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, const std::string& wish,
-                         const json& segmented, const json& edits, const std::vector<uint32_t>& supports) {
+                         FileNames file_names, const json& edits, const std::vector<uint32_t>& supports) {
   const std::vector<std::string>& names = segmentation.class_name;
-  const bool automatic = segmented.value("automatic", false);
-  const bool own_names = automatic || segmented.value("selected", false) || scene.settings.file.empty();
-  std::string scene_default = present_name(edits, scene.settings.object);
-  if (own_names && std::find(names.begin(), names.end(), scene_default) == names.end()) scene_default.clear();
   if (!wish.empty()) return {class_of_object(segmentation, "--object", wish), ""};
-  if (!scene_default.empty())
-    return {class_of_object(segmentation, scene.settings.file.string() + ": object", scene_default), ""};
+  const std::string named = present_name(file_names, edits, scene.settings.object);
+  if (!named.empty() && (file_names >= FileNames::kTrained || class_called(segmentation, named)))
+    return {class_of_object(segmentation, scene.settings.file.string() + ": object", named), ""};
   std::vector<size_t> all, candidates;
   for (size_t c = 0; c < names.size(); ++c)
     if (segmentation.class_id[c] != 0 || names[c] != "unlabelled") all.push_back(c);
@@ -169,7 +185,7 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   options.probability = static_cast<float>(in.options.threshold);
   options.up = scene.up.cast<float>();
   options.hull = in.options.hull;
-  if (const auto support = support_class(scene, segmentation)) options.support = segmentation.class_id[*support];
+  if (in.found.contains("support")) options.support = in.found["support"].get<uint32_t>();
   if (in.found.contains("supports")) options.supports = in.found["supports"].get<std::vector<uint32_t>>();
   const ExtractResult result = extract(options, scene.cloud, segmentation);
   const GaussianCloud object = scene.cloud.select(result.object);
@@ -215,11 +231,15 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   const bool automatic = segmented.value("automatic", false);
   const std::vector<uint32_t> supports =
       automatic ? supports_among(read_json(run / "objects.json")) : std::vector<uint32_t>();
-  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, segmented, run.note("edits"), supports);
+  const json edits = run.note("edits");
+  const FileNames names = names_of_file(run, scene, segmented);
+  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, names, edits, supports);
   const uint32_t id = segmentation.class_id[chosen.index];
   const std::string& name = segmentation.class_name[chosen.index];
-  const std::string& support = scene.settings.support;
-  if (!support.empty() && !support_class(scene, segmentation) && has_names_of_file(run, scene, segmented))
+  const std::string support = present_name(names, edits, scene.settings.support);
+  const std::optional<size_t> carrier = class_called(segmentation, support);
+  // A person may have dropped or merged it.
+  if (!support.empty() && !carrier && names == FileNames::kOwn && edits.empty())
     throw usage_error(scene.settings.file.string() + ": support", support, "is not in this scene",
                       "name one of " + list_of_objects(segmentation) + ", or leave it out");
   StageInputs<ExtractStage> in;
@@ -230,6 +250,7 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   in.found = {{"id", id}, {"name", name}};
   if (!chosen.why.empty()) in.found["chosen"] = chosen.why + "; of " + list_of_objects(segmentation);
   if (automatic) in.found["supports"] = supports;
+  if (carrier) in.found["support"] = segmentation.class_id[*carrier];
   const std::string folder = folder_of_object(id, name);
   in.outputs = {folder + "/object.ply", "background.ply", "extract.png"};
   return in;

@@ -104,6 +104,8 @@ MaskSet tracked_labels(const Context& context, const Scene& scene, const LabelOp
     stop_if_interrupted(context, "label");
     const ImageF picture = photo_or_render(scene, c);
     masks.views.push_back({c, labels.next(picture)});
+    if (masks.views.size() == 1)
+      for (const std::string& sentence : labels.said()) context.progress.say("label: " + sentence);
     write_image(seen / (scene.cameras[c].name + ".jpg"), overlay_ids(picture, masks.views.back().ids));
     context.progress.done(static_cast<int>(masks.views.size()));
   }

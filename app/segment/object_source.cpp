@@ -44,9 +44,13 @@ void check_object_options(ObjectSource source, const SegmentStage& stage) {
   if (!learns_from_masks(source) && (stage.iterations || !stage.start_from_vote))
     throw usage_error(stage.iterations ? "--iterations" : "--no-vote", "",
                       "does nothing without masks: a selection and --auto say what every Gaussian is", "leave it out");
-  if (source != ObjectSource::kMasks && (!stage.mask_zero.empty() || stage.associate != "auto"))
-    throw usage_error(stage.mask_zero.empty() ? "--associate" : "--mask-zero", "",
-                      "does nothing: the scene has no masks to learn from", "give --masks FOLDER, or leave it out");
+  if (stage.iterations == 0 && !stage.start_from_vote)
+    throw usage_error("--no-vote", "", "leaves nothing that could tell labels where --iterations is 0",
+                      "leave one of them out");
+  const bool zero = !stage.mask_zero.empty() && source != ObjectSource::kJoint;
+  if (source != ObjectSource::kMasks && (zero || stage.associate != "auto"))
+    throw usage_error(zero ? "--mask-zero" : "--associate", "", "does nothing: the scene has no masks to learn from",
+                      "give --masks FOLDER, or leave it out");
 }
 
 bool learns_from_masks(ObjectSource source) {

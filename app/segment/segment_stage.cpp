@@ -80,15 +80,6 @@ Segmentation joint_segmentation(const std::filesystem::path& file, const Scene& 
   return segmentation;
 }
 
-constexpr double kMuch = 0.25;  // of what the photos show, without a label
-
-/// Whether the background is an object already, or masks were made from the photos: they are all that was found there.
-bool knows_background(const SegmentStage& stage, const MaskSet& masks) {
-  return labels_photos(stage) || !stage.mask_zero.empty() ||
-         std::any_of(masks.names.begin(), masks.names.end(),
-                     [](const auto& entry) { return entry.second == "background"; });
-}
-
 SemanticOptions semantic_options(const StageInputs<SegmentStage>& in, uint64_t seed) {
   const SegmentStage& stage = in.options;
   SemanticOptions options;
@@ -123,15 +114,11 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
       if (done > 0) context.progress.done(done);
     });
     context.progress.end();
-    if (source == ObjectSource::kMasks && result.segmentation.class_id.size() == 1 && stage.mask_zero.empty())
-      context.progress.warn(
-          "all labeled pixels have one ID, so that everything becomes it: add --mask-zero background if ID 0 is the "
-          "background");
-    else if (source == ObjectSource::kMasks && result.summary.unlabelled > kMuch && !knows_background(stage, masks))
-      context.progress.warn(fmt::format(
-          "{:.0f} % of what the photos show has no label and takes its neighbors': add --mask-zero background if ID 0 "
-          "is the background",
-          100 * result.summary.unlabelled));
+    if (source != ObjectSource::kMasks || !stage.mask_zero.empty()) return;
+    // Masks that were made from the photos are all that was found there.
+    const double unlabelled = labels_photos(stage) ? 0 : result.summary.unlabelled;
+    if (const std::string warning = warning_of_zero(segmentation.class_name, unlabelled); !warning.empty())
+      context.progress.warn(warning);
   };
   switch (source) {
     case ObjectSource::kAutomatic:
@@ -185,6 +172,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
                                      object.gaussians, object.score));
   return {{"automatic", source == ObjectSource::kAutomatic},
           {"selected", selects_one_object(source)},
+          {"labelled", source == ObjectSource::kMasks && labels_photos(stage)},
           {"objects", objects.size()},
           {"unseen", result.summary.unseen},
           {"cross_entropy", result.summary.cross_entropy},

@@ -31,8 +31,7 @@ struct SegmentStage {
   bool hold_out = false;          ///< leave every 8th photo out of the optimisation; held_out/ gets its id picture
   bool joint = false;             ///< the scene and its attribute were trained together: take that
   std::string gaussian_grouping;  ///< folder with the classifier of a Gaussian Grouping model, whose attribute is taken
-  std::string mask_zero;  ///< what id 0 of masks or of that classifier is: background, an object like others; empty =
-                          ///< what has no label
+  std::string mask_zero;          ///< what id 0 of masks is: background, an object like others; empty = unlabelled
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SegmentStage& stage);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "app/simulate/clip_camera.h"
 #include "gaussians/base/error.h"
@@ -11,20 +12,37 @@
 
 namespace pliant {
 
-Camera sized(const Camera& camera, const std::string& size) {
-  if (size.empty()) return camera;
+namespace {
+
+/// Width and height of "1920x1080" [px].
+std::pair<int, int> parse_size(const std::string& size) {
   constexpr int kLargest = 16384;
   int width = 0, height = 0, read = 0;
   const bool whole =
       std::sscanf(size.c_str(), "%dx%d%n", &width, &height, &read) == 2 && read == static_cast<int>(size.size());
   if (!whole || width < 2 || height < 2 || width > kLargest || height > kLargest)
     throw usage_error("--size", size, "is not a valid size", "give WIDTHxHEIGHT in pixels, such as 1920x1080");
+  return {width, height};
+}
+
+}  // namespace
+
+Camera sized(const Camera& camera, const std::string& size) {
+  if (size.empty()) return camera;
+  const auto [width, height] = parse_size(size);
   return camera.framed(width, height);
 }
 
-Shot clip_shot(const ShotOptions& options, const Scene& scene, const TrajectoryFile& motion, const Box& object) {
+void check_shot(const ShotOptions& options, const Scene& scene) {
   if (!options.path.empty() && !options.camera.empty())
     throw usage_error("--cameras", options.path, "was given together with --camera", "leave one of them out");
+  if (!options.size.empty()) parse_size(options.size);
+  if (!options.path.empty()) read_camera_path(options.path);
+  if (!options.camera.empty() && !scene.cameras.empty()) clip_camera(scene, options.camera, {});
+}
+
+Shot clip_shot(const ShotOptions& options, const Scene& scene, const TrajectoryFile& motion, const Box& object) {
+  check_shot(options, scene);
   std::optional<CameraPath> path;
   if (!options.path.empty()) path = read_camera_path(options.path);
   Shot shot;

@@ -21,6 +21,10 @@ struct ShotOptions {
 /// what is wrong with a size.
 Camera sized(const Camera& camera, const std::string& size);
 
+/// Throws Error{kUsage} for options that exclude each other, a size that is none and a camera that `scene`, if it has
+/// any, has not; Error{kInput} for a path that cannot be read.
+void check_shot(const ShotOptions& options, const Scene& scene);
+
 /// A moment of the motion and the camera that sees it, for every frame of a clip.
 struct Shot {
   double fps = 0;

@@ -95,12 +95,13 @@ json export_physgaussian(const Context& context, const RunDirectory& run, const 
 }
 
 /// The material that was simulated, at the solid samples.
-json export_material(const Context& context, const RunDirectory& run, const ExportStage& stage) {
+json export_material(const Context& context, const RunDirectory& run, const Scene& scene, const ExportStage& stage) {
   const fs::path file = stage.material;
   if (!is_material_field(file))
     throw usage_error("--material", file.string(), "is neither .npz nor .ply", "end the name with .npz or .ply");
   if (fs::exists(file) && !context.overwrite)
     throw usage_error("--material", file.string(), "exists", "give another name, or --overwrite");
+  check_simulated_with(run, scene);
   const json& session = run.summary("simulate", "run `pliant simulate` first")["session"];
   ParticleFile particles = read_particles(run / (object_folder(run) + "/particles.h5"));
   ElasticSamples solid = simulated_material(run, session, particles.solid_position);
@@ -120,7 +121,7 @@ json run_export(const Context& context, RunDirectory& run, const Scene& scene, c
   if (stage.ply_sequence.empty() + stage.physgaussian_output.empty() + stage.material.empty() != 2)
     throw usage_error("export", "", "needs exactly one output",
                       "give --ply-sequence FOLDER, --physgaussian-output FOLDER, --material FILE or --html FILE");
-  if (!stage.material.empty()) return export_material(context, run, stage);
+  if (!stage.material.empty()) return export_material(context, run, scene, stage);
   if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
   const auto inputs = moving_scene_files(run);
   const MovingScene moving = load_moving_scene(inputs, scene);
@@ -132,6 +133,8 @@ json run_export(const Context& context, RunDirectory& run, const Scene& scene, c
                  {"fps", trajectory.fps / stage.every},
                  {"metres_per_unit", trajectory.metres_per_unit},
                  {"up", {scene.up[0], scene.up[1], scene.up[2]}},
+                 {"antialiased", moving.antialiased},
+                 {"z_is_up", scene.report.z_is_up},
                  {"inputs", json::object()},
                  {"frames", json::array()}};
   for (const auto& [role, file] : inputs) record["inputs"][role] = hash_of_input(file);

@@ -88,13 +88,17 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   auto poisson = value(command_line.poisson, file.poisson), density = value(command_line.density, file.density);
   auto young = value(command_line.young, file.young);
   if (!young && by == SetBy::kFit) young = kUnknownYoung;
-  if (by == SetBy::kFields) {
+  if (by == SetBy::kFields || by == SetBy::kPrediction) {
+    const bool predicted = by == SetBy::kPrediction;
     for (const auto& [option, given] : {std::pair{"--young", command_line.young.has_value()},
                                         {"--poisson", command_line.poisson.has_value()},
                                         {"--density", command_line.density.has_value()}})
       if (given)
-        throw usage_error("material", option, "does nothing: the material is that of a fit or of --material",
-                          "leave it out, or simulate without them (--no-fit)");
+        throw usage_error("material", option,
+                          std::string("does nothing: the material is that of ") +
+                              (predicted ? "the prediction" : "a fit or of --material"),
+                          predicted ? std::string("give ") + option + " to `pliant predict`, or --young as well"
+                                    : "leave it out, or simulate without them (--no-fit)");
     young = kUnknownYoung;
     poisson = kUnusedPoisson;
     density = kUnusedDensity;

@@ -30,9 +30,10 @@ struct ObjectMaterial {
 /// What sets the values of a material besides the command line and the scene file.
 enum class SetBy {
   kNothing,
-  kFit,    ///< E is found, or will be; kUnknownYoung where nothing tells where to start
-  kFields  ///< E, nu and rho are those of a file: what the scene file says of them does not count, and what the command
-           ///< line says is a usage error
+  kFit,        ///< E is found, or will be; kUnknownYoung where nothing tells where to start
+  kFields,     ///< E, nu and rho are those of a file: what the scene file says of them does not count, and what the
+               ///< command line says is a usage error
+  kPrediction  ///< likewise those of a prediction
 };
 
 /// The material that simulate will use: command line over scene file.  A usage error names what is missing, unknown or

@@ -58,8 +58,6 @@ class Moments {
 json render_clip(const Context& context, const RunDirectory& run, const StageInputs<RenderStage>& in,
                  const std::string&) {
   const RenderStage& stage = in.options;
-  if (stage.turntable && !stage.orbit)
-    throw usage_error("--turntable", "", "was given together with --no-orbit", "leave one of them out");
   const Scene& scene = in.scene;
   const MovingScene moving = load_moving_scene(in.files, scene);
   RenderOptions options;
@@ -125,7 +123,14 @@ json render_clip(const Context& context, const RunDirectory& run, const StageInp
 
 }  // namespace
 
+void check_render_stage(const Scene& scene, const RenderStage& stage) {
+  if (stage.turntable && !stage.orbit)
+    throw usage_error("--turntable", "", "was given together with --no-orbit", "leave one of them out");
+  check_shot(stage.shot, scene);
+}
+
 StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, const RenderStage& stage) {
+  check_render_stage(scene, stage);
   StageInputs<RenderStage> in;
   in.options = stage;
   in.parts = {ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit};

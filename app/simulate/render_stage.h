@@ -22,6 +22,9 @@ struct RenderStage {
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(RenderStage& stage);
+/// Throws Error{kUsage} for options that exclude each other or that the scene does not allow, Error{kInput} for a
+/// camera path that cannot be read; names of cameras are those of a scene that has some.
+void check_render_stage(const Scene& scene, const RenderStage& stage);
 StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, const RenderStage& stage);
 nlohmann::json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage);
 

@@ -20,6 +20,7 @@
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
+#include "physics/laws/law.h"
 #include "physics/simulate/simulate.h"
 
 namespace pliant {
@@ -27,6 +28,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
+
+constexpr const char* kMaterialFile = "material.h5";
 
 json space_to_json(const SimulationSpace& space) {
   json rows = json::array();
@@ -124,7 +127,8 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const bool fields = in.files.count("material"), predicted = in.found.contains("predicted"),
              replay = in.found["replay"], timed = in.files.count("velocity");
   const ObjectMaterial material =
-      fields ? check_material(scene, stage.material, SetBy::kFields) : check_material(scene, stage);
+      fields ? check_material(scene, stage.material, predicted ? SetBy::kPrediction : SetBy::kFields)
+             : check_material(scene, stage);
   ParticleFile particles = read_particles(in.files.at("particles"));
   ElasticSamples solid =
       fields ? given_material(in.files.at("material"), particles.solid_position) : solid_material(particles, material);
@@ -142,6 +146,9 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
                             : plan_simulation(context, in.files, in.found, scene,
                                               timed ? with_fitted_damping(stage, in.files.at("velocity")) : stage, body,
                                               replay ? std::nullopt : std::optional(kPushStart));
+
+  const std::optional<ElasticSamples> boxes = physgaussian ? physgaussian_field(stage, body) : std::nullopt;
+  if (boxes) solid = *boxes;
 
   const fs::path out = run / in.outputs[0];
   FrameStore frames(fs::path(out).replace_extension(".partial"), provenance);
@@ -170,11 +177,13 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   trajectory.fps = plan.options.fps;
   trajectory.up = scene.up;
   // Together, so that a simulation that fails leaves the previous one whole.
+  fs::path written;
   for (const std::string& output : in.outputs)
-    if (fs::path(output).filename() == "material.h5")
-      write_material(run / output,
-                     {solid.young, solid.poisson, solid.density, predicted ? "predicted" : "homogeneous", {}, {}},
-                     provenance);
+    if (output.ends_with(kMaterialFile)) {
+      written = run / output;
+      const char* source = predicted ? "predicted" : boxes ? "configuration of PhysGaussian" : "homogeneous";
+      write_material(written, {solid.young, solid.poisson, solid.density, source, {}, {}}, provenance);
+    }
   if (fields)
     write_image(run / "stiffness.png",
                 stiffness_sheet(read_ply(in.files.at("object")), scene.up, body.file.solid_position, solid.young,
@@ -186,8 +195,9 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const double height = in.found["height"].get<double>() * scene.metres_per_unit;
   if (s.settle_displacement > 0.02 * height)
     context.progress.warn(
-        fmt::format("the object is not pinned: settling moved it by {:.0f} % of its height before the first frame "
+        fmt::format("{}: settling moved it by {:.0f} % of its height before the first frame "
                     "(--settle-time 0 starts from the captured position)",
+                    flows(material.material.law) ? "the object's material flows" : "the object is not pinned",
                     100 * s.settle_displacement / height));
   const ObjectTip tip = physgaussian ? tip_of(body.file, {}, scene.up) : tip_of(body, scene);
   const json motion = describe_motion(trajectory, body.file, tip, in.found["height"].get<double>());
@@ -203,8 +213,8 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
                   {"duration_s", plan.options.duration},
                   {"obstacles", stage.obstacles},
                   {"physgaussian", physgaussian}};
-  if (fields)
-    session["material_file"] = recorded_path(run, in.files.at("material"));
+  if (fields || boxes)
+    session["material_file"] = recorded_path(run, fields ? in.files.at("material") : written);
   else
     session["uniform"] = {{"young", material.young}, {"poisson", material.poisson}, {"density", material.density}};
   return {{"frames", total},
@@ -238,8 +248,12 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   run.summary("seed", "run `pliant seed` first");
   const bool physgaussian = !stage.physgaussian.empty();
   const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
-  if (!stage.use_fit && !is_fitted(run))
+  const bool unfinished = is_refit_unfinished(run);
+  if (!stage.use_fit && !is_fitted(run) && !unfinished)
     throw usage_error("simulate", "--no-fit", "does nothing: nothing was fitted here", "leave it out");
+  if (unfinished && stage.use_fit && !physgaussian && !stage.material.young && stage.material_file.empty())
+    throw usage_error("simulate", "", "would not use the fit: one that is to replace it is unfinished",
+                      "repeat that `pliant fit`, or ignore it with --no-fit");
   if (const std::string of = fit_is_of(run, scene); fitted && !of.empty())
     throw usage_error("simulate", "", "would use a fit made with " + of,
                       "run `pliant fit` again, or ignore the fit with --no-fit");
@@ -266,8 +280,10 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
     in.files["material"] = run / (folder + "/material.h5");
   else if (predicted)
     in.files["material"] = run / (folder + "/predicted.h5");
-  if (!given && !fitted && !is_output_of_fit(run, folder + "/material.h5"))
-    in.outputs.push_back(folder + "/material.h5");
+  const std::string material = folder + "/" + kMaterialFile;
+  const bool of_fit = is_output_of_fit(run, material);
+  if (!given && !fitted && !of_fit) in.outputs.push_back(material);
+  if (physgaussian && of_fit) in.outputs.push_back(folder + "/physgaussian_" + kMaterialFile);
   if (fitted || replay) in.files["velocity"] = velocity_file;
   const bool pushed = !physgaussian && !replay && stage.interactions.empty();
   if (pushed || physgaussian) in.files["object"] = run / (folder + "/object.ply");
@@ -293,8 +309,10 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   if (!physgaussian && !given && !fitted && !predicted && run.has("predict"))
     take_predicted(run.summary("predict", ""), in.scene.settings.material, in.options.material);
   if (!physgaussian)
-    in.found["material"] =
-        material_to_json(check_material(in.scene, in.options.material, fields ? SetBy::kFields : SetBy::kNothing));
+    in.found["material"] = material_to_json(check_material(in.scene, in.options.material,
+                                                           predicted ? SetBy::kPrediction
+                                                           : fields  ? SetBy::kFields
+                                                                     : SetBy::kNothing));
   return in;
 }
 

@@ -27,7 +27,7 @@ struct SimulateStage {
   double push = 0.15;                  ///< peak deflection of the automatic push, share of the object's height
   bool gravity = true;
   std::string rest_shape = "captured";  ///< of a pinned body: captured (free of stress) or solve (loaded by gravity)
-  double settle = 2;       ///< s, at most, that an unpinned body gets to come to rest before frame 0; 0 = none
+  double settle = 2;  ///< s, at most, that an unpinned or flowing body gets to come to rest before frame 0; 0 = none
   double sleep_speed = 0;  ///< m/s below which parts at rest are not computed; 0 = all are
   double flip_time = 0;    ///< s in which particles lose what the grid cannot hold of their motion; 0 = at once (APIC)
   std::string solver = "auto";    ///< where stencils lie: auto, eulerian or lagrangian, see GridKind

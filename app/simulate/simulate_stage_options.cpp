@@ -70,7 +70,7 @@ OptionTable options_of(SimulateStage& stage) {
            .choices = {"captured", "solve"}},
           {.name = "settle-time",
            .field = &stage.settle,
-           .help = "Maximum settling time of an unpinned object before the clip [s]",
+           .help = "Maximum settling time of an unpinned or flowing object before the clip [s]",
            .low = 0,
            .formerly = "settle"},
           {.name = "sleep-speed",

@@ -159,11 +159,11 @@ bool is_stopped(const SimulationPlan& plan, const SimulateStage& stage, const js
 
 /// Of what nothing stops: it would be gone before the first frame, and where nobody asks for it it does not fall.
 void set_by_fall(const Context& context, const SimulateStage& stage, SimulationPlan& plan) {
+  plan.options.settle_time = 0;  // also under a gravity that is zero for the first while only
   Vec3d gravity = plan.options.gravity;
   for (const Interaction& it : plan.interactions)
     if (it.type == InteractionType::kGravity && it.start <= 0) gravity = it.vector;
   if (gravity.isZero()) return;
-  plan.options.settle_time = 0;
   // A floor that is left out, and a script, are for what falls.
   const bool falls = !stage.interactions.empty() || !stage.floor;
   if (!falls) plan.options.gravity.setZero();
@@ -308,6 +308,18 @@ SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files
   warn_of_work(context, plan.options, body.particles);
   plan.script = {{"physgaussian", json::parse(read_text(stage.physgaussian))}, {"notes", world.notes}};
   return plan;
+}
+
+std::optional<ElasticSamples> physgaussian_field(const SimulateStage& stage, const SimulatedBody& body) {
+  const PhysGaussianConfig config = read_physgaussian_config(stage.physgaussian);
+  if (config.additional_material.empty()) return std::nullopt;
+  Particles samples;
+  for (const Vec3f& x : body.file.solid_position)
+    samples.position.push_back(body.space.from_scene(x.cast<double>()).cast<float>());
+  samples.volume.assign(samples.size(), 1);  // so that masses are densities
+  for (auto* values : {&samples.mass, &samples.young, &samples.poisson}) values->resize(samples.size());
+  set_physgaussian_material(config, Compatibility::kCorrected, samples);
+  return ElasticSamples{std::move(samples.young), std::move(samples.poisson), std::move(samples.mass)};
 }
 
 }  // namespace pliant

@@ -64,5 +64,8 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
 /// From a configuration of PhysGaussian; moves `body` into its simulation space and gives it its material.
 SimulationPlan plan_physgaussian(const Context& context, const InputFiles& files, const SimulateStage& stage,
                                  SimulatedBody& body);
+/// What such a configuration says of the solid samples of a body that was planned by it; none where it is the same
+/// everywhere.
+std::optional<ElasticSamples> physgaussian_field(const SimulateStage& stage, const SimulatedBody& body);
 
 }  // namespace pliant

@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int32_t kFormat = 4;  // raised when a fit takes other steps, or keeps other things of them
+constexpr int32_t kFormat = 5;  // raised when a fit takes other steps, or keeps other things of them
 
 /// Every array of doubles of a fit, but the modes' shapes.
 template <class Fit, class Visit>

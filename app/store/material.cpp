@@ -1,15 +1,28 @@
 #include "app/store/material.h"
 
+#include <algorithm>
+#include <cmath>
+#include <span>
+
 #include "app/store/particles.h"
 #include "app/store/vectors.h"
 
 namespace fs = std::filesystem;
 
 namespace pliant {
+namespace {
+
+bool all_finite(std::span<const float> values) {
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+
+}  // namespace
 
 void write_material(const fs::path& file, const MaterialFile& m, const std::string& provenance_json) {
   const size_t n = m.young.size();
   CHECK(m.poisson.size() == n && m.density.size() == n);
+  for (const auto* values : {&m.young, &m.poisson, &m.density, &m.log10_young_sigma})
+    CHECK_MSG(all_finite(*values), "read_material refuses what is not finite");
   CHECK(m.log10_young_sigma.empty() || m.log10_young_sigma.size() == n);
   CHECK(m.branch.empty() || m.branch.size() == n);
   CHECK((m.position.empty() && m.volume.empty()) || (m.position.size() == n && m.volume.size() == n));

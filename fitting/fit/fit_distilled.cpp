@@ -34,14 +34,15 @@ Motion<float> with_factors(const Motion<float>& motion, const std::vector<double
   return out;
 }
 
-/// What all clips of a roll-out together say.
+/// What all clips of a roll-out at `fps` frames a second together say.
 Objective<float> objective_of(const DistilledFitOptions& options, const ClipTerms& drawn, double fps) {
   Objective<float> objective;
   for (int k = 0; k < options.stages; ++k)
     objective.whole.push_back(
         {drawn.guide_weight / options.stages,
-         std::make_shared<GuidanceLoss>(drawn.guide, drawn.drawn, drawn.guide_camera,
-                                        GuidanceLoss::Frames{k, options.stages, fps, options.against_still})});
+         std::make_shared<GuidanceLoss>(
+             drawn.guide, drawn.drawn, drawn.guide_camera,
+             GuidanceLoss::Frames{k, options.stages, fps / options.stages, options.against_still})});
   return objective;
 }
 
@@ -62,9 +63,9 @@ std::vector<std::vector<double>> gradient_of(const MotionGradient<float>& by, co
 /// E as a function of the place in the body, within its range.
 class YoungNetwork {
  public:
-  YoungNetwork(const DistilledFitOptions::Range& range, const Particles& particles)
+  YoungNetwork(const DistilledFitOptions::Range& range, uint64_t seed, const Particles& particles)
       : middle_(0.5 * (std::log(range.low) + std::log(range.high))),
-        field_({.bound = 0.5 * (std::log(range.high) - std::log(range.low))}, particles.position) {}
+        field_({.bound = 0.5 * (std::log(range.high) - std::log(range.low)), .seed = seed}, particles.position) {}
 
   /// Parameters of a factor of 1 everywhere.
   std::vector<double> start() const { return field_.constant(std::vector<double>{-middle_}); }
@@ -139,7 +140,7 @@ ClipFit fit_distilled(const DistilledFitOptions& options, const Motion<float>& m
   CHECK(!options.branch || motion.particles.materials.size() == n);
   std::vector<double>& parameters = state.now.material;
   std::optional<YoungNetwork> network;
-  if (options.network) network.emplace(options.young, motion.particles);
+  if (options.network) network.emplace(options.young, options.seed, motion.particles);
   if (parameters.empty())
     parameters = network ? network->start() : std::vector<double>((options.branch ? kConstants : 1) * n, 0.0);
   const auto motion_now = [&] {

@@ -23,6 +23,7 @@ struct DistilledFitOptions {
   double rate = 1;             ///< of log10 of a constant, for a scaled gradient of 1
   bool network = false;        ///< E is a network of places, whose parameters are found by Adam; without a branch
   double network_rate = 0.01;  ///< of Adam
+  uint64_t seed = 0;           ///< of the network's first parameters
   bool branch = false;  ///< the relaxing branch of a viscoelastic law too (Physics3D), else E alone (DreamPhysics)
   bool against_still = false;  ///< see GuidanceLoss
   Range young{0.5, 2};         ///< E: 1e6 to 4e6 Pa from 2e6
@@ -38,10 +39,10 @@ struct DistilledFitOptions {
 RelaxingBranch usual_branch(double young, double poisson);
 
 /// `motion`, whose particles have a material each for a branch (set_branches), with the constants that `guide` asks
-/// for; its frames are options.stages times those of a clip.  `drawn` and `camera`: what the guide sees, at `fps`
-/// frames a second of a clip.  `state` keeps log10 of factors of the start in `now.material`: E [N], then shear, lambda
-/// and viscosity [N] each; or the network's parameters.  The last iteration is the result.  Throws Error{kInterrupted}
-/// when `keep` says false.
+/// for; its frames are options.stages times those of a clip.  `drawn`: what the guide sees of a roll-out at `fps`
+/// frames a second, so that a clip has fps / options.stages.  `state` keeps log10 of factors of the start in
+/// `now.material`: E [N], then shear, lambda and viscosity [N] each; or the network's parameters.  The last iteration
+/// is the result.  Throws Error{kInterrupted} when `keep` says false.
 ClipFit fit_distilled(const DistilledFitOptions& options, const Motion<float>& motion, const ClipTerms& drawn,
                       double fps, GradientFitState state, const std::function<void(const std::string&)>& progress = {},
                       const GradientFitSink& keep = {});

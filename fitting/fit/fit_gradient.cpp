@@ -258,7 +258,7 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
     if (sink && !sink(state)) return;
   }
   state.finished = true;
-  if (state.best_loss < 0) state.best = state.now;
+  if (state.best_loss < 0 || options.noisy) state.best = state.now;
 }
 
 }  // namespace pliant

@@ -77,7 +77,7 @@ class MarkerFit {
   static double find_onset(const MarkerFitOptions& options, const MarkerTracks& tracks) {
     if (std::isfinite(options.release)) {
       const double begin = std::max(options.rest_begin, tracks.time.front()), end = tracks.time.back();
-      if (!(options.release > begin && options.release < end))
+      if (!(options.release >= begin && options.release < end))
         throw usage_error("--marker-release", fmt::format("{:.4g} s", options.release),
                           fmt::format("is not between the begin of rest at {:.4g} s and the end of the recording at "
                                       "{:.4g} s",
@@ -178,8 +178,10 @@ class MarkerFit {
     return loss;
   }
   MarkerFitResult::Candidate candidate(const MarkerFitState::Simulated& simulated) const {
-    const double coordinates = 3.0 * static_cast<double>(measured_.time.size() * model_.bound().size());
-    return {young_ * factor(simulated.step), options_.sigma * std::sqrt(simulated.loss / coordinates)};
+    double seen = 0;
+    for (const std::vector<double>& weight : measured_.weight)
+      for (const double w : weight) seen += w;
+    return {young_ * factor(simulated.step), options_.sigma * std::sqrt(simulated.loss / seen)};
   }
   double factor(int step) const { return std::pow(10.0, step * options_.search_step); }
 
@@ -238,6 +240,18 @@ class MarkerFit {
     return best;
   }
 
+  /// When every marker on the body has been seen at rest.
+  double earliest_release() const {
+    double earliest = tracks_.time.front();
+    for (const int k : model_.bound())
+      for (size_t t = 0; t < tracks_.samples(); ++t)
+        if (tracks_.time[t] >= options_.rest_begin && tracks_.weight[t][k] > 0) {
+          earliest = std::max(earliest, tracks_.time[t]);
+          break;
+        }
+    return earliest;
+  }
+
   void refine(MarkerParameters& p) {
     struct Unknown {
       double start, difference, low, high, largest_step;
@@ -246,8 +260,8 @@ class MarkerFit {
     if (options_.fit_young) unknowns.push_back({std::log(p.young_factor), 0.02, -INFINITY, INFINITY, 0.3});
     if (options_.fit_damping) unknowns.push_back({std::log(p.damping_time), 0.05, std::log(1e-5), std::log(1e3), 1});
     if (options_.fit_release)
-      unknowns.push_back(
-          {p.release, 1e-3, p.release - options_.release_range, p.release + options_.release_range, 0.02});
+      unknowns.push_back({p.release, 1e-3, std::max(p.release - options_.release_range, earliest_release()),
+                          p.release + options_.release_range, 0.02});
     if (unknowns.empty()) return;
     GaussNewtonOptions gauss;
     std::vector<double> start;

@@ -37,7 +37,7 @@ struct MarkerFitResult {
   double rms = 0;                  ///< m, distance of expected and measured places after the release
   Vec3d rms_axis = Vec3d::Zero();  ///< m, along each axis
   struct Candidate {
-    double young, rms;  ///< Pa; m, over all residuals
+    double young, rms;  ///< Pa; m, distance of expected and measured places
   };
   std::vector<Candidate> search;  ///< simulated ones, in order
   std::vector<double> loss;       ///< of Gauss-Newton
@@ -71,7 +71,7 @@ using MarkerFitSink = std::function<void(const MarkerFitState&)>;
 /// `progress` gets a line for every simulated candidate and for the refined result; it may throw to end the fit.
 /// What `state` holds of an earlier call of the same options and inputs is not done again.
 /// Throws Error{kInput} when no marker lies on the body, nothing moves or too little was measured in the window, and
-/// Error{kUsage} for a release that is not within the recording after `rest_begin`.
+/// Error{kUsage} for a release that is not within the recording from `rest_begin` on.
 MarkerFitResult fit_markers(const MarkerFitOptions& options, const Particles& particles,
                             const std::vector<Interaction>& interactions, const MarkerTracks& tracks,
                             const std::function<void(const std::string&)>& progress = {}, MarkerFitState state = {},

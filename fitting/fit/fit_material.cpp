@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fitting/fields/kan_field.h"
 #include "fitting/fields/part_field.h"
 #include "fitting/fields/weighted_field.h"
 #include "fitting/fit/young_posterior.h"
@@ -168,8 +167,9 @@ ClipFitOptions gradient_fields(const MaterialFitOptions& options, const Particle
     varied.material = std::make_shared<WeightedField>(make_triplane_field(planes, particles.position), free);
     varied.velocity = std::make_shared<WeightedField>(make_triplane_field(velocity_planes, particles.position), free);
   } else if (options.kind == MaterialKind::kKan) {
-    varied.material = std::make_shared<WeightedField>(
-        std::make_shared<KanField>(KanFieldOptions{.bound = kDecade * options.decades}, particles.position), free);
+    KanFieldOptions kan = options.kan;
+    kan.bound = kDecade * options.decades;
+    varied.material = std::make_shared<WeightedField>(std::make_shared<KanField>(kan, particles.position), free);
   } else {
     varied.material = field_of(options, particles);
     if (!varied.material) varied.material = std::make_shared<PartField>(particles.size(), 1);
@@ -199,12 +199,15 @@ void find_posterior(const MaterialFitOptions& options, const Motion<float>& moti
   const YoungPosterior posterior =
       posterior_about(motion, *field, sigma, tracks.on_rollout(frames.first, frames.last, frames.lead, frames.every),
                       options.vibration.stop, kept.posterior, kept.keep_posterior);
+  // What nothing determines is open by as much as the search reaches.
+  const double widest = options.vibration.search.farthest;
   fit.sigma = posterior.young_sigma;
+  for (double& s : fit.sigma) s = std::min(s, widest);
   fit.prior_sigma = prior_sigma_of(options);
   add_left_out(field.get(), fit.sigma);
   VibrationFit& found = fit.found;
   const double spread = std::exp(std::min(5.0, posterior.log_damping_sigma));
-  found.log10_sigma = posterior.log10_sigma;
+  found.log10_sigma = std::min(posterior.log10_sigma, widest);
   found.damping_time_low = found.damping_time / spread;
   found.damping_time_high = found.damping_time * spread;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fitting/fields/kan_field.h"
 #include "fitting/fields/smooth_field.h"
 #include "fitting/fields/triplane_field.h"
 #include "fitting/fit/fit_clip.h"
@@ -28,6 +29,7 @@ struct MaterialFitOptions {
   double part_sigma = 0.5;     ///< decades by which a part is expected to differ from the common factor
   SmoothFieldOptions smooth;   ///< for kSmooth, in metres
   TriplaneOptions planes;      ///< of E, for kTriplanes; those of v0 have a resolution of 24 and no bounds
+  KanFieldOptions kan;         ///< of E, for kKan; its bound is `decades`
   double decades =
       2;  ///< by which a part may differ from the best constant, and E at a point from where gradients begin
   bool smooth_first = true;  ///< they begin from a fit of a smooth field rather than from the best constant

@@ -121,6 +121,11 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   const PhysDreamerCode* code = options.released_code ? &*options.released_code : nullptr;
   CHECK(!code || options.kind == MaterialKind::kTriplanes);
   const ClipFrames early{first, first + kFirstFrames, 0, 1, fps}, all{first, last, 0, 1, fps};
+  const auto tracks_of = [&](const ClipFrames& frames) { return tracks.on_rollout(frames.first, frames.last, 0, 1); };
+  if (!(tracks_of(early).total_weight() > 0))
+    throw input_error("fit", "video",
+                      fmt::format("shows no followed point in the first {} frames of the fit", kFirstFrames + 1),
+                      "check --video-mask and --start");
   Motion<float> motion{particles, initial_state(particles), interactions, {}};
   SimulateOptions& simulate = motion.options.simulate;
   simulate = options.vibration.simulate;
@@ -134,7 +139,6 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   given.first_frame = given.search.first_frame = first;
   given.last_frame = last;
   given.damping_time = simulate.damping_time;
-  const auto tracks_of = [&](const ClipFrames& frames) { return tracks.on_rollout(frames.first, frames.last, 0, 1); };
   given.rms_rest = given.rms_search = tracks_of(all).rms(std::vector<SimulationState>(all.count(), motion.start));
 
   // v0(x) under the E that is given.

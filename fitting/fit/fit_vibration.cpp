@@ -79,17 +79,20 @@ double rms_of_rest(const TrackLoss<float>& tracks, const Particles& particles, i
   return std::sqrt(square / std::max(weight, 1e-300));
 }
 
-/// Of the common factor and the field together.
+/// Of the common factor and the field together.  What the tracks leave open is as uncertain as before, the factor by as
+/// much as the search reaches.
 void set_young_sigma(VibrationFit& fit, const VibrationFitOptions& options, size_t particles,
                      const Eigen::MatrixXd& covariance) {
   const Eigen::Index size = static_cast<Eigen::Index>(fit.field.size());
   Eigen::MatrixXd scaled(1 + size, 1 + size);
   for (Eigen::Index a = 0; a <= size; ++a)
     for (Eigen::Index b = 0; b <= size; ++b) scaled(a, b) = covariance(a ? 1 + a : 0, b ? 1 + b : 0);
+  std::vector<double> prior(static_cast<size_t>(1 + size), options.field_sigma);
+  prior[0] = std::min(options.factor_sigma, std::log(10.0) * options.search.farthest);
   Eigen::MatrixXd by(static_cast<Eigen::Index>(particles), 1 + size);  // of ln E
   by.col(0).setOnes();
   if (size > 0) by.rightCols(size) = sensitivity(*options.field, fit.field);
-  YoungPosterior posterior = young_posterior(by, scaled);
+  YoungPosterior posterior = young_posterior(by, with_prior_where_infinite(std::move(scaled), prior));
   fit.log10_sigma = posterior.log10_sigma;
   fit.young_sigma = std::move(posterior.young_sigma);
 }
@@ -207,7 +210,7 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
   // A few steps from each good minimum that can be simulated, then the best of them to the end.
   std::unique_ptr<VibrationRollouts> best;
   std::vector<double> parameters;
-  double least = INFINITY;
+  double least = INFINITY, periods = fit.search.periods;
   std::exception_ptr unstable;
   for (size_t c = 0; c < fit.search.minima.size() && static_cast<int>(c) < options.candidates; ++c) {
     const ModalMotion& minimum = fit.search.minima[c];
@@ -240,11 +243,13 @@ VibrationFit fit_vibration(const VibrationFitOptions& options, const Particles& 
     if (after < least) {
       least = after;
       fit.search.end = fit.search.end_of(minimum);
+      periods = minimum.periods;
       best = std::move(fitter);
       parameters = result.parameters;
     }
   }
   if (!best) std::rethrow_exception(unstable);
+  fit.search.periods = periods;  // not before all candidates were compared over the same frames
   double noise = options.noise > 0 ? options.noise : std::max(least, 1e-12);
   GaussNewtonResult result;
   if (options.field) {

@@ -18,7 +18,7 @@ struct VibrationFitOptions {
   int candidates = 3;         ///< minima of the search that are refined
   int most_modes = 6;         ///< whose amplitudes are refined
   int most_smooth = 8;        ///< velocities along each axis, instead of modes, when the motion begins at rest
-  double most_periods = 8;    ///< of the strongest mode that roll-outs are compared over
+  double most_periods = 8;    ///< of the strongest mode of the search's best, that all roll-outs are compared over
   double noise = 0;           ///< of the tracks, in their unit; 0 = what remains
   std::shared_ptr<const Field>
       field;                       ///< ln of a further factor of E at the particles, with few parameters; null = none

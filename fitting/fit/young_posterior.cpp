@@ -47,12 +47,31 @@ Eigen::MatrixXd sensitivity(const Field& field, std::span<const double> paramete
   return by;
 }
 
+Eigen::MatrixXd with_prior_where_infinite(Eigen::MatrixXd covariance, std::span<const double> prior_sigma) {
+  CHECK(covariance.rows() == static_cast<Eigen::Index>(prior_sigma.size()));
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    if (std::isfinite(covariance(i, i))) continue;
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+    covariance(i, i) = std::pow(prior_sigma[static_cast<size_t>(i)], 2);
+  }
+  return covariance;
+}
+
 YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::MatrixXd& covariance) {
+  // 0 times an infinite variance is 0 here: such parameters are taken out, and count where E depends on them.
+  const std::vector<double> none(static_cast<size_t>(covariance.rows()), 0.0);
+  const Eigen::MatrixXd known = with_prior_where_infinite(covariance, none);
+  const auto sigma = [&](const Eigen::RowVectorXd& by, double square) {
+    for (Eigen::Index i = 0; i < by.size(); ++i)
+      if (!std::isfinite(covariance(i, i)) && by[i] != 0) return static_cast<double>(INFINITY);
+    return std::sqrt(std::max(0.0, square)) / kDecade;
+  };
   YoungPosterior out;
   const Eigen::RowVectorXd mean = ln_young_by.colwise().mean();
-  out.log10_sigma = std::sqrt(std::max(0.0, mean.dot(mean * covariance))) / kDecade;
-  const Eigen::VectorXd square = (ln_young_by * covariance).cwiseProduct(ln_young_by).rowwise().sum();
-  for (const double s : square) out.young_sigma.push_back(std::sqrt(std::max(0.0, s)) / kDecade);
+  out.log10_sigma = sigma(mean, mean.dot(mean * known));
+  const Eigen::VectorXd square = (ln_young_by * known).cwiseProduct(ln_young_by).rowwise().sum();
+  for (Eigen::Index i = 0; i < square.size(); ++i) out.young_sigma.push_back(sigma(ln_young_by.row(i), square[i]));
   return out;
 }
 
@@ -122,7 +141,8 @@ YoungPosterior posterior_about(const Motion<float>& motion, const Field& field, 
     });
   }
   const ErrorCorrelation correlation(found.residuals, tracks.tracks().rest, tracks.tracks().axes());
-  found.covariance = covariance_with(correlation, found.jacobian, found.covariance);
+  found.covariance =
+      with_prior_where_infinite(covariance_with(correlation, found.jacobian, found.covariance), options.prior_sigma);
   const Eigen::Index size = static_cast<Eigen::Index>(directions);
   YoungPosterior out = young_posterior(by, found.covariance.topLeftCorner(size, size));
   if (damping) out.log_damping_sigma = found.sigma(static_cast<int>(directions));

@@ -25,7 +25,12 @@ using PosteriorSink = std::function<void(const PosteriorState&)>;
 /// [N, P] derivatives of a one-channel field's values by its parameters.
 Eigen::MatrixXd sensitivity(const Field& field, std::span<const double> parameters);
 
-/// From derivatives of ln E [N, P] and the covariance [P, P] of the parameters; without damping.
+/// `covariance` [P, P] of least squares (gauss_newton.h) where what it leaves infinite, as that of a parameter at its
+/// bound, is the variance that was expected before: `prior_sigma` [P] squared, and independent of the others.
+Eigen::MatrixXd with_prior_where_infinite(Eigen::MatrixXd covariance, std::span<const double> prior_sigma);
+
+/// From derivatives of ln E [N, P] and the covariance [P, P] of the parameters; without damping.  A deviation is
+/// infinite where E depends on a parameter of infinite variance.
 YoungPosterior young_posterior(const Eigen::MatrixXd& ln_young_by, const Eigen::MatrixXd& covariance);
 
 /// The Gaussian posterior (J^T J / sigma^2 + prior)^-1 of ln E, in the directions of a field whose parameters are

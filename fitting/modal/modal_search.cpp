@@ -272,8 +272,10 @@ ModalSearch modal_search(const ModalSearchOptions& options, const VibrationModes
                       "check camera and frame rate, and that the object is pinned");
   result.end = result.end_of(result.minima[0]);
   result.away = result.late && away;
-  const ModalMotion& best = result.minima[0];
-  result.periods = (count - 1 - result.first_frame) / fps * best.omega[strongest_mode(best)] / (2 * std::numbers::pi);
+  const double seconds = (count - 1 - result.first_frame) / fps;
+  for (ModalMotion& minimum : result.minima)
+    minimum.periods = seconds * minimum.omega[strongest_mode(minimum)] / (2 * std::numbers::pi);
+  result.periods = result.minima[0].periods;
   return result;
 }
 

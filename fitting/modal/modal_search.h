@@ -23,6 +23,7 @@ struct ModalMotion {
   double time = 0;                                ///< s
   std::vector<double> omega, rate, cosine, sine;  ///< [m]
   double unexplained = 1;                         ///< share of the tracks' squared displacement that it leaves
+  double periods = 0;  ///< of the strongest mode, in the frames compared; of the minima of a search
 
   double displacement(size_t k, double t) const;
   double velocity(size_t k, double t) const;
@@ -32,7 +33,7 @@ struct ModalSearch {
   std::vector<double> log10_factor, unexplained;  ///< the curve: best over damping, for every candidate
   std::vector<ModalMotion> minima;                ///< local minima of the curve, best first; at least one
   int first_frame = 0;                            ///< of the tracks, from which on the motion is free
-  double periods = 0;                             ///< of the strongest mode, in the frames compared
+  double periods = 0;                             ///< of the best minimum, or of the one that a fit refined
   bool late = false;                              ///< first_frame is the last one considered: a push may last longer
   bool away = false;  ///< and the tracks are farthest from rest in the last frame: it may never end
   int end = 0;        ///< of the best minimum, or of the one that a fit refined: see end_of

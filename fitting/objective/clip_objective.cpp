@@ -12,11 +12,23 @@ namespace {
 constexpr int kBorder = 6;          // px, half a window of SSIM
 constexpr double kRoundTrip = 0.5;  // px off, at which a flow counts exp(-1/2)
 
+/// Whether every frame has a weight of its own.
+bool weighs_each(const SeenFrames<float>& seen) { return seen.weight.size() > 1; }
+
 SeenFrames<float> on_rollout(const SeenFrames<float>& seen, const ClipFrames& frames) {
-  SeenFrames<float> out{seen.camera, {}, seen.weight};
+  SeenFrames<float> out{seen.camera, {}, {}};
   out.frames.resize(frames.count());
-  for (int f = frames.first; f <= frames.last; ++f) out.frames[frames.of(f)] = seen.frames.at(f);
+  out.weight = seen.weight;
+  if (weighs_each(seen)) out.weight.assign(frames.count(), {});
+  for (int f = frames.first; f <= frames.last; ++f) {
+    out.frames[frames.of(f)] = seen.frames.at(f);
+    if (weighs_each(seen)) out.weight[frames.of(f)] = seen.weight.at(f);
+  }
   return out;
+}
+
+bool counts(const ImageF& weight) {
+  return std::ranges::any_of(weight.data, [](float w) { return w > 0; });
 }
 
 ImageF cut(const ImageF& from, int x0, int y0, int width, int height) {
@@ -29,32 +41,41 @@ ImageF cut(const ImageF& from, int x0, int y0, int width, int height) {
 
 }  // namespace
 
-SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> frames, const ImageF& weight) {
-  int x0 = weight.width, y0 = weight.height, x1 = 0, y1 = 0;
-  for (int y = 0; y < weight.height; ++y)
-    for (int x = 0; x < weight.width; ++x)
-      if (weight(x, y) > 0) {
-        x0 = std::min(x0, x);
-        y0 = std::min(y0, y);
-        x1 = std::max(x1, x + 1);
-        y1 = std::max(y1, y + 1);
-      }
+SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> frames, std::span<const ImageF> weight) {
+  CHECK(weight.size() == 1 || (weight.size() == frames.size() && !frames.empty()));
+  const int width = weight[0].width, height = weight[0].height;
+  int x0 = width, y0 = height, x1 = 0, y1 = 0;
+  for (const ImageF& w : weight) {
+    CHECK(w.width == width && w.height == height);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        if (w(x, y) > 0) {
+          x0 = std::min(x0, x);
+          y0 = std::min(y0, y);
+          x1 = std::max(x1, x + 1);
+          y1 = std::max(y1, y + 1);
+        }
+  }
   if (x1 <= x0)
-    throw input_error("fit", "video", "shows no motion", "check the camera of the video, and what is pinned");
+    throw input_error("fit", "video", "shows no motion that is compared",
+                      "check the camera of the video, what is pinned, and --video-mask");
   x0 = std::max(0, x0 - kBorder);
   y0 = std::max(0, y0 - kBorder);
-  x1 = std::min(weight.width, x1 + kBorder);
-  y1 = std::min(weight.height, y1 + kBorder);
+  x1 = std::min(width, x1 + kBorder);
+  y1 = std::min(height, y1 + kBorder);
   SeenFrames<float> out;
   out.camera = cropped(camera, x0, y0, x1 - x0, y1 - y0);
-  for (const ImageF& frame : frames) out.frames.push_back(cut(frame, x0, y0, x1 - x0, y1 - y0));
-  out.weight = {cut(weight, x0, y0, x1 - x0, y1 - y0)};
+  for (const ImageF& w : weight) out.weight.push_back(cut(w, x0, y0, x1 - x0, y1 - y0));
+  for (size_t f = 0; f < frames.size(); ++f)
+    out.frames.push_back(counts(weight[weight.size() == 1 ? 0 : f]) ? cut(frames[f], x0, y0, x1 - x0, y1 - y0)
+                                                                    : ImageF());
   return out;
 }
 
 SeenFlow<float> flow_of_clip(const SeenFrames<float>& seen, const ClipFrames& frames) {
   std::vector<std::pair<int, int>> pairs;
   for (int f = frames.first; f < frames.last; ++f) {
+    if (seen.frames[f].empty() || seen.frames[f + 1].empty()) continue;
     pairs.push_back({f, f + 1});
     pairs.push_back({f + 1, f});
   }
@@ -69,10 +90,14 @@ SeenFlow<float> flow_of_clip(const SeenFrames<float>& seen, const ClipFrames& fr
     pair.to = frames.of(f + 1);
     pair.flow = std::move(flows[k]);
     pair.weight = seen.weight.empty() ? ImageF(seen.camera.width, seen.camera.height, 1, 1.0f)
-                                      : seen.weight[seen.weight.size() == 1 ? 0 : f];
+                                      : seen.weight[weighs_each(seen) ? f : 0];
+    const ImageF* later = weighs_each(seen) ? &seen.weight[f + 1] : nullptr;
     for (int y = 0; y < seen.camera.height; ++y)
       for (int x = 0; x < seen.camera.width; ++x) {
         const float u = pair.flow(x, y, 0), v = pair.flow(x, y, 1);
+        if (later)
+          pair.weight(x, y) =
+              std::min({pair.weight(x, y), (*later)(x, y), sample(*later, x + 0.5 + u, y + 0.5 + v, 0)});
         const double du = u + sample(back, x + 0.5 + u, y + 0.5 + v, 0),
                      dv = v + sample(back, x + 0.5 + u, y + 0.5 + v, 1);
         pair.weight(x, y) *= static_cast<float>(std::exp(-0.5 * (du * du + dv * dv) / (kRoundTrip * kRoundTrip)));

@@ -38,11 +38,14 @@ struct ClipTerms {
 /// `tracks` [frames of the video] may be null when only guidance counts.
 Objective<float> clip_objective(const ClipTerms& terms, const TrackLoss<float>* tracks, const ClipFrames& frames);
 
-/// The frames of `seen` cut down to the box of what counts in `weight` [H, W, 1], and a border for the windows of SSIM.
-SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> frames, const ImageF& weight);
+/// Frames [T] cut down to the box of what counts in some `weight` ([T] of [H, W, 1], or one for all frames), and a
+/// border for the windows of SSIM.  A frame in which nothing counts becomes an empty one.  Throws Error{kInput} where
+/// nothing counts in any.
+SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> frames, std::span<const ImageF> weight);
 
-/// Flow between neighbouring frames first .. last of a video (dense inverse search), as a roll-out shows them.  A pixel
-/// counts by its weight and by how well flow backwards leads back to it.
+/// Flow between neighbouring frames first .. last of a video (dense inverse search), as a roll-out shows them; none
+/// from or to an empty frame.  A pixel counts by its weight, with weights of each frame by the least of those there in
+/// both frames and where the flow leads to, and by how well flow backwards leads back to it.
 SeenFlow<float> flow_of_clip(const SeenFrames<float>& seen, const ClipFrames& frames);
 
 }  // namespace pliant

@@ -143,6 +143,8 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
 
 bool is_elastic(Law law) { return law == Law::kFixedCorotated || law == Law::kNeoHookean || law == Law::kHencky; }
 
+bool flows(Law law) { return !is_elastic(law) && law != Law::kViscoelastic; }
+
 template <class T>
 Mat3<T> piola_stress(const LawPoint<T>& point, const Mat3<T>& F) {
   const Law law = point.material->law;
@@ -217,9 +219,8 @@ Viscosity<T> viscosity(const LawPoint<T>& point) {
 
 double sound_speed(const Material& m, double young, double poisson, double density) {
   const Lame<double> l = lame(young, poisson);
-  double modulus = l.lambda + 2 * l.mu;
+  double modulus = WaveModulus(m)(l.mu, l.lambda);
   if (m.law == Law::kSnow) modulus *= SnowHardening<double>::largest(m.compaction_hardening);
-  if (m.law == Law::kFluid) modulus = m.bulk_modulus > 0 ? m.bulk_modulus : l.lambda + 2 * l.mu / 3;
   if (m.law == Law::kViscoelastic) modulus += m.branch_lambda + 2 * m.branch_shear;
   return std::sqrt(modulus / density);
 }

@@ -58,6 +58,9 @@ LawGradient<T> kirchhoff_stress_adjoint(const LawPoint<T>& point, const Mat3<T>&
 
 /// Whether stress follows from F alone: the law neither flows, yields nor relaxes, and has a reference configuration.
 bool is_elastic(Law law);
+/// Whether the material can go on giving way under a constant load: neither elastic nor viscoelastic, so that a shape
+/// which was captured need not be one in which it stands.
+bool flows(Law law);
 /// First Piola-Kirchhoff stress P = dPsi/dF [Pa] of an elastic law.
 template <class T>
 Mat3<T> piola_stress(const LawPoint<T>& point, const Mat3<T>& F);
@@ -82,6 +85,23 @@ struct Viscosity {
 /// Kelvin-Voigt time times the Lame parameters; for a fluid its dynamic viscosity, free of volume change.
 template <class T>
 Viscosity<T> viscosity(const LawPoint<T>& point);
+
+/// Modulus of plane pressure waves at rest [Pa], without branches and hardening: lambda + 2 mu, of a fluid K.
+struct WaveModulus {
+  double own = 0, by_mu = 2, by_lambda = 1;  ///< own + by_mu * mu + by_lambda * lambda
+
+  explicit WaveModulus(const Material& m) {
+    if (m.law != Law::kFluid) return;
+    const double derived = m.bulk_modulus > 0 ? 0 : 1;
+    own = m.bulk_modulus;
+    by_mu = 2 * derived / 3;
+    by_lambda = derived;
+  }
+  template <class T>
+  T operator()(T mu, T lambda) const {
+    return T(own) + T(by_mu) * mu + T(by_lambda) * lambda;
+  }
+};
 
 /// Speed of the fastest elastic wave in the rest state [m/s], of all branches together.
 double sound_speed(const Material& material, double young, double poisson, double density);

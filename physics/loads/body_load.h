@@ -9,7 +9,7 @@ namespace pliant {
 
 /// Acceleration of the particles whose load bits contain `bit`:
 ///   a + b x (x - centre) - drag v - k (x - reference) + wind,
-/// reference = where the particle lay at rest, k = spring (lambda + 2 mu) / (rho dx^2).  The wind presses on the
+/// reference = where the particle lay at rest, k = spring M / (rho dx^2), M = WaveModulus.  The wind presses on the
 /// surface elements that face it with pressure |w - v|^2.
 template <class T>
 struct BodyLoad {
@@ -30,7 +30,7 @@ struct LoadedParticle {
   Mat3<T> F;
   Vec3<T> exposure;  ///< m^2, outward surface element that the particle stands for at rest
   T mass;            ///< kg
-  T stiffness;       ///< 1/s^2, (lambda + 2 mu) / (rho dx^2)
+  T stiffness;       ///< 1/s^2, M / (rho dx^2)
 };
 
 /// Whether what the load gives depends on x or F of a particle, or on its v.

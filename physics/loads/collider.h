@@ -36,6 +36,8 @@ struct Collider {
 
   /// Signed distance [m] from the surface, negative in the solid, and the normal that points out of the solid.
   SignedDistanceGrid::Sample surface(const Vec3d& x) const;
+  /// Derivative of a scalar by x from those by the normal there and by the velocity of the rigid body there.
+  Vec3d surface_adjoint(const Vec3d& x, const Vec3d& adj_normal, const Vec3d& adj_velocity) const;
   /// Velocity [m/s] of the rigid body at x.
   Vec3d velocity_at(const Vec3d& x) const { return velocity + angular_velocity.cross(x - pivot); }
 };
@@ -44,8 +46,11 @@ struct Collider {
 ///   sticky u' = 0; slip u' = u - (u . n) n; separating, if u . n < 0, u' = t max(0, 1 + mu (u . n) / |t|) with
 ///   t = u - (u . n) n (Stomakhin et al. 2013, eq. 12).
 Vec3d velocity_after_contact(const Collider& collider, const Vec3d& normal, const Vec3d& w, const Vec3d& v);
-/// Derivative of a scalar with respect to v, from that with respect to the velocity after contact.
-Vec3d velocity_after_contact_adjoint(const Collider& collider, const Vec3d& normal, const Vec3d& w, const Vec3d& v,
-                                     const Vec3d& adj_after);
+/// Derivatives of a scalar with respect to v, n and w, from that with respect to the velocity after contact.
+struct SurfaceContactGradient {
+  Vec3d v = Vec3d::Zero(), normal = Vec3d::Zero(), w = Vec3d::Zero();
+};
+SurfaceContactGradient velocity_after_contact_adjoint(const Collider& collider, const Vec3d& normal, const Vec3d& w,
+                                                      const Vec3d& v, const Vec3d& adj_after);
 
 }  // namespace pliant

@@ -116,6 +116,40 @@ Vec3d Region::normal(const Vec3d& x) const {
   return Vec3d::UnitZ();
 }
 
+Vec3d Region::normal_adjoint(const Vec3d& x, const Vec3d& adj_normal) const {
+  // Of the direction q / |q|: what of the derivative is across it, over |q|.
+  const auto by_vector = [](const Vec3d& adj, const Vec3d& unit, double length) -> Vec3d {
+    if (!(length > 0)) return Vec3d::Zero();
+    return (adj - adj.dot(unit) * unit) / length;
+  };
+  switch (kind) {
+    case Kind::kAll:
+    case Kind::kHalfSpace:
+      return Vec3d::Zero();
+    case Kind::kSphere:
+      return by_vector(adj_normal, normal(x), (x - point).norm());
+    case Kind::kBox: {
+      // Outside of an edge or corner; a face has the same normal everywhere.
+      const Vec3d out = (point - x).cwiseMax(x - vector).cwiseMax(0.0);
+      return by_vector(adj_normal, normal(x), out.norm()).cwiseProduct((out.array() > 0).cast<double>().matrix());
+    }
+    case Kind::kCylinder: {
+      const AlongCylinder at = along_cylinder(*this, x);
+      const auto by_mantle_normal = [&](const Vec3d& adj) -> Vec3d {
+        const Vec3d across = adj - adj.dot(at.cap_normal) * at.cap_normal;
+        return by_vector(across, at.mantle_normal, at.beyond_mantle + radius);
+      };
+      if (at.beyond_cap > 0 && at.beyond_mantle > 0) {
+        const Vec3d adj = by_vector(adj_normal, normal(x), std::hypot(at.beyond_cap, at.beyond_mantle));
+        return adj.dot(at.cap_normal) * at.cap_normal + adj.dot(at.mantle_normal) * at.mantle_normal +
+               at.beyond_mantle * by_mantle_normal(adj);
+      }
+      return at.beyond_cap > at.beyond_mantle ? Vec3d(Vec3d::Zero()) : by_mantle_normal(adj_normal);
+    }
+  }
+  return Vec3d::Zero();
+}
+
 double Region::half_thickness() const {
   if (!bounded()) return std::numeric_limits<double>::infinity();
   if (kind == Kind::kBox) return 0.5 * (vector - point).minCoeff();

@@ -27,6 +27,8 @@ struct Region {
   double signed_distance(const Vec3d& x) const;
   /// Unit gradient of the signed distance: the outward normal at the nearest point of the surface.
   Vec3d normal(const Vec3d& x) const;
+  /// Derivative of a scalar by x from that by the normal there [1/m]; 0 where the normal turns at once.
+  Vec3d normal_adjoint(const Vec3d& x, const Vec3d& adj_normal) const;
   bool contains(const Vec3d& x) const { return signed_distance(x) <= 0; }
   /// Middle of a bounded region: not of all or a half space.
   Vec3d middle() const { return kind == Kind::kSphere ? point : Vec3d(0.5 * (point + vector)); }

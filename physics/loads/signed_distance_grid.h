@@ -28,6 +28,12 @@ struct SignedDistanceGrid {
     Vec3d normal;
   };
   Sample sample(const Vec3d& x) const;
+  /// Derivative of a scalar by x from that by the normal there [1/m].
+  Vec3d normal_adjoint(const Vec3d& x, const Vec3d& adj_normal) const;
+
+ private:
+  struct Cell;
+  Cell cell_at(const Vec3d& x) const;
 };
 
 }  // namespace pliant

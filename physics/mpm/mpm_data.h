@@ -71,13 +71,14 @@ struct ParticlePlace {
 template <class T, class Record>
 LoadedParticle<T> loaded_particle(const MpmData<T>& data, const Record& constants, const T* x, const T* v, const T* F) {
   const auto& r = constants;
+  const T modulus = WaveModulus(data.materials[r.material])(r.mu, r.lambda);
   return {{x[0], x[1], x[2]},
           {v[0], v[1], v[2]},
           data.reference[r.index],
           Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(F),
           data.exposure.empty() ? Vec3<T>(Vec3<T>::Zero()) : data.exposure[r.index],
           r.mass,
-          (r.lambda + 2 * r.mu) * r.volume / r.mass * data.inverse_dx * data.inverse_dx};
+          modulus * r.volume / r.mass * data.inverse_dx * data.inverse_dx};
 }
 
 }  // namespace pliant

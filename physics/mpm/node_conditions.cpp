@@ -109,7 +109,8 @@ void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block,
 }
 
 template <class T>
-void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>& block, Node<T>* adj) {
+void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>& block, Node<T>* adj,
+                                   Vec3<T>* by_displacement) {
   for (const Pin& pin : loads.pins) for_pinned_nodes(block, pin, [&](int k) { set_velocity(adj[k], Vec3d::Zero()); });
   // The velocities that each collider met, then backwards through them.
   std::vector<std::array<Node<T>, BlockGrid::kNodes>> met(loads.colliders.size());
@@ -126,15 +127,20 @@ void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>
   for (size_t c = met.size(); c-- > 0;) {
     const Collider& collider = loads.colliders[c];
     for_touched_nodes(loads, moving, collider, [&](int k, const Vec3d& normal, const Vec3d& w) {
-      set_velocity(adj[k],
-                   velocity_after_contact_adjoint(collider, normal, w, velocity_of(met[c][k]), velocity_of(adj[k])));
+      const SurfaceContactGradient by =
+          velocity_after_contact_adjoint(collider, normal, w, velocity_of(met[c][k]), velocity_of(adj[k]));
+      set_velocity(adj[k], by.v);
+      if (by_displacement)
+        by_displacement[k] += collider.surface_adjoint(block.position(k), by.normal, by.w).template cast<T>();
     });
   }
 }
 
 template void apply_node_conditions(const StepLoads<float>&, const NodeBlock<float>&, Vec3d*);
 template void apply_node_conditions(const StepLoads<double>&, const NodeBlock<double>&, Vec3d*);
-template void apply_node_conditions_adjoint(const StepLoads<float>&, const NodeBlock<float>&, Node<float>*);
-template void apply_node_conditions_adjoint(const StepLoads<double>&, const NodeBlock<double>&, Node<double>*);
+template void apply_node_conditions_adjoint(const StepLoads<float>&, const NodeBlock<float>&, Node<float>*,
+                                            Vec3<float>*);
+template void apply_node_conditions_adjoint(const StepLoads<double>&, const NodeBlock<double>&, Node<double>*,
+                                            Vec3<double>*);
 
 }  // namespace pliant

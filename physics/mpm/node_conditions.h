@@ -61,13 +61,18 @@ double filled_share(double distance);
 template <class T>
 void apply_node_conditions(const StepLoads<T>& loads, const NodeBlock<T>& block, Vec3d* impulse = nullptr);
 /// `block` holds the velocities from before; `adj` [64] the derivatives of a scalar with respect to the velocities
-/// after the conditions, and on return with respect to those before.  Masses are taken as constant.
+/// after the conditions, and on return with respect to those before.  Adds to `by_displacement` [64], if given, those
+/// with respect to the displacements, with which normals and velocities of surfaces change.  Masses and which nodes
+/// touch what are taken as constant.
 template <class T>
-void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>& block, Node<T>* adj);
+void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>& block, Node<T>* adj,
+                                   Vec3<T>* by_displacement = nullptr);
 
 extern template void apply_node_conditions(const StepLoads<float>&, const NodeBlock<float>&, Vec3d*);
 extern template void apply_node_conditions(const StepLoads<double>&, const NodeBlock<double>&, Vec3d*);
-extern template void apply_node_conditions_adjoint(const StepLoads<float>&, const NodeBlock<float>&, Node<float>*);
-extern template void apply_node_conditions_adjoint(const StepLoads<double>&, const NodeBlock<double>&, Node<double>*);
+extern template void apply_node_conditions_adjoint(const StepLoads<float>&, const NodeBlock<float>&, Node<float>*,
+                                                   Vec3<float>*);
+extern template void apply_node_conditions_adjoint(const StepLoads<double>&, const NodeBlock<double>&, Node<double>*,
+                                                   Vec3<double>*);
 
 }  // namespace pliant

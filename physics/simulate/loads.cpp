@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gaussians/base/error.h"
+#include "physics/laws/law.h"
 #include "physics/simulate/grab_spring.h"
 #include "physics/simulate/inertia.h"
 #include "physics/simulate/weights.h"
@@ -69,6 +70,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
     }
     mass[object] += particles.mass[i];
     volume_[object] += particles.volume[i];
+    flows_ |= flows(particles.material(i).law);
     bounds.add(particles.position[i].template cast<float>());
   }
   for (size_t o = 0; o < mass.size(); ++o) density_.push_back(volume_[o] > 0 ? mass[o] / volume_[o] : 0);

@@ -66,10 +66,10 @@ class LoadSchedule {
   /// Whether a pin that reaches the body is active at time t.
   bool pinned(double t) const;
   /// Whether the gravity under which the body was captured is cancelled at time t: a pin holds it then and did so as it
-  /// was captured.
+  /// was captured, and none of its material flows.
   bool cancels_gravity(double t) const {
-    return options_.rest_shape == RestShapeMode::kCaptured && options_.held_as_captured.value_or(pinned(0)) &&
-           pinned(t);
+    return options_.rest_shape == RestShapeMode::kCaptured && !flows_ &&
+           options_.held_as_captured.value_or(pinned(0)) && pinned(t);
   }
   /// Loads of the substep [t, t + dt]; a load that starts or ends inside it acts for its part of it.  `source` holds
   /// the numbers of the interactions.
@@ -115,6 +115,7 @@ class LoadSchedule {
   Collider collider_at(const Entry& entry, double t, double dt) const;
 
   SimulateOptions options_;
+  bool flows_ = false;  // the material of any particle
   double body_mass_ = 0, body_size_ = 0, cell_size_ = 0;
   Vec3d body_middle_ = Vec3d::Zero();     // at rest
   std::vector<double> density_, volume_;  // of each object

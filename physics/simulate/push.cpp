@@ -80,7 +80,7 @@ double newtons_of_one(const Interaction& load, double mass, double duration) {
   }
 }
 
-/// The body before the load: settled as the real run does, where no pin holds it.
+/// The body before the load: settled as the real run does, where its gravity is not cancelled.
 SimulationState start_of(SimulateOptions options, const Particles& body, const std::vector<Interaction>& interactions) {
   options.grid = is_lagrangian(options, body) ? GridKind::kLagrangian : GridKind::kEulerian;
   options.rest_shape = RestShapeMode::kCaptured;  // of a pinned body, each trial solves it
@@ -91,8 +91,9 @@ SimulationState start_of(SimulateOptions options, const Particles& body, const s
 /// Whether the real run starts from the captured shape itself.
 bool starts_as_captured(const SimulateOptions& options, const Particles& body,
                         const std::vector<Interaction>& interactions) {
-  if (LoadSchedule<float>(options, body, interactions).pinned(0)) return options.rest_shape == RestShapeMode::kCaptured;
-  return options.settle_time == 0 || options.gravity.isZero();
+  const LoadSchedule<float> schedule(options, body, interactions);
+  if (options.rest_shape == RestShapeMode::kSolve && schedule.pinned(0)) return false;
+  return schedule.cancels_gravity(0) || options.settle_time == 0 || options.gravity.isZero();
 }
 
 /// What a load of a length does: the peak displacement, relative to the height.

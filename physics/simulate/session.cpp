@@ -59,7 +59,7 @@ Session::Session(const SimulateOptions& options, Particles particles, const std:
     history_.push_back(it);
   }
   rebuild();
-  if (!options_.held_as_captured) options_.held_as_captured = simulator_->schedule().pinned(0);
+  if (!options_.held_as_captured) options_.held_as_captured = simulator_->schedule().cancels_gravity(0);
 }
 
 std::vector<Interaction> Session::acting() const {

@@ -20,14 +20,15 @@ struct SessionSettings {
 class Session {
  public:
   /// `held`: interactions that act from the start, such as pins and floor; numbers 0, 1, ...  Where the options do not
-  /// say whether a pin held the body as it was captured, its pins do.
+  /// say whether a pin held the body as it was captured, its pins and its laws do.
   Session(const SimulateOptions& options, Particles particles, const std::vector<Interaction>& held,
           SimulationState start);
 
   const SimulationState& state() const { return state_; }
   const Particles& particles() const { return particles_; }
   const SessionSettings& settings() const { return settings_; }
-  /// Whether a pin held the body as it was captured, so that its gravity is cancelled while any pin holds it.
+  /// Whether a pin held the body as it was captured, so that its gravity is cancelled while any pin holds it; false
+  /// where its material flows.
   bool held_as_captured() const { return *options_.held_as_captured; }
 
   /// From the next frame on.

@@ -201,7 +201,8 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
         "with flip_time, viscosity damps less than specified, because particles keep velocity gradients that the grid "
         "cannot represent; damping_time is exact");
   const bool pinned = simulator.schedule().pinned(0);
-  summary.gravity_cancelled = pinned && options.rest_shape == RestShapeMode::kCaptured && options.gravity.norm() > 0;
+  const bool cancelled = simulator.schedule().cancels_gravity(0);
+  summary.gravity_cancelled = cancelled && options.gravity.norm() > 0;
   const auto deliver = [&] {
     summary.max_displacement = std::max(summary.max_displacement, largest_displacement(particles, result.state));
     note_stretch(particles, result.state, summary);
@@ -225,7 +226,7 @@ BasicSimulateResult<T> simulate(const SimulateOptions& options, const BasicParti
         summary.warnings.push_back("the unloaded shape was not found: at rest the body is " +
                                    std::to_string(shape.summary.residual) + " m off the captured shape");
     } else if (const SimulateOptions settling = settling_options(options, particles, interactions);
-               options.settle_time > 0 && !pinned && !settling.gravity.isZero()) {
+               options.settle_time > 0 && !cancelled && !settling.gravity.isZero()) {
       SimulateSummary ignored;
       Simulator<T> resting(settling, particles, resting_interactions(interactions), ignored);
       const SettleSummary settled =

@@ -17,7 +17,7 @@ constexpr double kFarStretch = 2;  ///< beyond which nobody has measured most ma
 /// cells, it sags by 2 % too little at .47, 3 % at .48, 7 % at .49 and 26 % at .499 (tests/studies/beam_study.cpp).
 constexpr double kLockingPoisson = 0.48;
 
-/// What the captured shape of a body that a pin holds means.
+/// What the captured shape of a body that a pin holds and that does not flow means.
 enum class RestShapeMode {
   kCaptured,  ///< it is free of stress, and the gravity under which it was captured is cancelled
   kSolve,     ///< it is in equilibrium under gravity: the unloaded shape is found, the body carries the pre-stress
@@ -44,7 +44,7 @@ struct SimulateOptions {
                                    ///< Jiang et al. 2015); infinity = at once
   bool pic = false;                ///< transfers without affine velocity (PIC); strongly damped, for comparison
   double cell_size = 0;            ///< m; 0 = that of the particles
-  double settle_time = 0;          ///< s, at most, of settling before frame 0, for bodies that no pin holds
+  double settle_time = 0;          ///< s, at most, of settling before frame 0, where gravity is not cancelled
   RestShapeMode rest_shape = RestShapeMode::kCaptured;  ///< of bodies that a pin holds
   std::optional<bool> held_as_captured = {};  ///< a pin held the body as it was captured; none = where one does at 0 s
   double object_friction =
@@ -80,7 +80,7 @@ struct SimulateSummary {
   double seconds = 0;  ///< wall time of the solver
   /// [frames][interactions] momentum [N s] that each gave to the body; over the frame's length, its mean force [N].
   std::vector<std::vector<Vec3d>> impulse_of_frame;
-  bool gravity_cancelled = false;  ///< a pin holds the body, whose captured shape is its equilibrium
+  bool gravity_cancelled = false;  ///< a pin holds the body, which does not flow: its captured shape is its equilibrium
   std::vector<std::string> warnings;
 };
 
@@ -113,8 +113,9 @@ using FrameSink = BasicFrameSink<float>;
 /// the regions are those of the rest shape.
 /// Gravity: the captured shape of a body that a pin holds at the start is already loaded, so while one holds it, what
 /// acts is the difference of the world's gravity from `options.gravity`; when the last pin ends the whole of it acts,
-/// as it does always on a body that no pin holds at the start.  With RestShapeMode::kSolve the whole of it acts always,
-/// on a body that starts with the stress that balances it; what `start` differs by from rest is added to that.
+/// as it does always on a body that no pin holds at the start or part of which flows (see law.h).  With
+/// RestShapeMode::kSolve the whole of it acts always, on a body that starts with the stress that balances it; what
+/// `start` differs by from rest is added to that.
 /// Trajectories are equal bit for bit for any number of threads and across save and restore.
 /// Throws Error{kUsage} for impossible options, particles or interactions, Error{kNumerical} when a frame stays
 /// unstable after all retries (the sink then has every good frame).

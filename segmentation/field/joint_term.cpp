@@ -130,27 +130,40 @@ double JointTerm::adjoint(const AttributeView& view, AttributeGradient gradient)
   return weight * loss;
 }
 
-Segmentation JointTerm::segmentation(const TrainingState& state, const std::vector<Camera>& cameras,
-                                     const RenderOptions& render) const {
+JointResult JointTerm::result(const TrainingState& state, const std::vector<Camera>& cameras,
+                              const RenderOptions& render) const {
   const SemanticModel<float> model = model_of(state.shared);
-  Segmentation out;
+  JointResult result;
+  Segmentation& out = result.segmentation;
   out.antialiased = render.antialiased;
   out.class_id = class_id_;
   out.class_name = class_name_;
   out.attribute = state.attribute;
   out.classifier = model.classifier;
   out.classifier_bias = model.bias;
-  std::vector<float> total(state.cloud.size(), 0.0f);
+  std::vector<float> total(state.cloud.size(), 0.0f);  // blend weight over pixels with an id
+  double shown = 0, unlabelled = 0;                    // opacity over all pixels, and over those without one
   for (size_t photo = 0; photo < ids_.size(); ++photo) {
     if (ids_[photo].empty()) continue;
     const BlendWeights weights = blend_weights(state.cloud, cameras[photo], render);
-    for (size_t e = 0; e < weights.weight.size(); ++e) total[weights.gaussian[e]] += weights.weight[e];
+    const std::vector<int> cls = targets(static_cast<int>(photo), weights.width, weights.height);
+    for (size_t pixel = 0; pixel < cls.size(); ++pixel) {
+      const bool labelled = cls[pixel] >= 0;
+      for (uint32_t e = weights.row_start[pixel]; e < weights.row_start[pixel + 1]; ++e) {
+        shown += weights.weight[e];
+        if (labelled)
+          total[weights.gaussian[e]] += weights.weight[e];
+        else
+          unlabelled += weights.weight[e];
+      }
+    }
   }
+  if (shown > 0) result.unlabelled = unlabelled / shown;
   out.seen.resize(state.cloud.size());
   for (size_t p = 0; p < out.seen.size(); ++p) out.seen[p] = total[p] >= options_.min_weight;
   copy_attributes(nearest_seen(state.cloud.position, out.seen), out.attribute);
   update_labels(out);
-  return out;
+  return result;
 }
 
 }  // namespace pliant

@@ -22,8 +22,14 @@ struct JointOptions {
   int neighbours = 5, anchors = 1000;
   size_t max_points = 50000;  ///< the grouping loss sees at most so many Gaussians, drawn anew each time
   std::vector<int> held_out;  ///< cameras whose masks are never looked at
-  float min_weight = 0.05f;   ///< Gaussians with less blend weight over all views [pixels] count as unseen
+  float min_weight = 0.05f;   ///< Gaussians with less blend weight over all pixels with an id count as unseen
   uint64_t seed = 0;
+};
+
+/// What a joint training found.
+struct JointResult {
+  Segmentation segmentation;
+  double unlabelled = 0;  ///< share of what the views show, by opacity, on pixels without an id
 };
 
 /// The semantic attribute that trains together with the scene: cross entropy / ln C of the blended attribute against
@@ -39,9 +45,9 @@ class JointTerm final : public AttributeTerm {
   void start(const GaussianCloud& cloud, std::vector<float>& attribute, std::vector<float>& shared) const override;
   double adjoint(const AttributeView& view, AttributeGradient gradient) const override;
 
-  /// What the training found.  Gaussians that no photo sees take the attribute of their nearest seen neighbour.
-  Segmentation segmentation(const TrainingState& state, const std::vector<Camera>& cameras,
-                            const RenderOptions& render) const;
+  /// What the training found.  Gaussians that no pixel with an id shows take the attribute of their nearest neighbour
+  /// that one shows.
+  JointResult result(const TrainingState& state, const std::vector<Camera>& cameras, const RenderOptions& render) const;
 
  private:
   SemanticModel<float> model_of(std::span<const float> shared) const;

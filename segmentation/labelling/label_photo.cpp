@@ -89,12 +89,12 @@ LabelledPhoto label_photo(const LabelOptions& options, const LabelModels& models
   std::vector<std::string> said, names = names_for(*models.detector, options.names, said);
   LabelledPhoto empty;
   empty.ids = IdImage(picture.width, picture.height, 1);
-  if (names.empty() && models.tagger) names = names_from_tags(picture, *models.tagger, *models.detector);
-  if (names.empty() && models.detector->vocabulary().empty()) {
-    if (!models.tagger)
-      throw usage_error("--detector", "", "needs names to look for", "give --text NAME or a --tagger");
-    return empty;  // the tagger saw nothing
+  if (names.empty() && models.tagger) {
+    names = names_from_tags(picture, *models.tagger, *models.detector);
+    if (names.empty()) return empty;  // it saw nothing that the detector knows
   }
+  if (names.empty() && models.detector->vocabulary().empty())
+    throw usage_error("--detector", "", "needs names to look for", "give --text NAME or a --tagger");
   std::vector<Detection> detections = models.detector->detect(picture, names);
   std::erase_if(detections,
                 [&](const Detection& d) { return d.score < options.least_score || !(d.x1 > d.x0 && d.y1 > d.y0); });

@@ -33,7 +33,7 @@ std::vector<std::string> names_for(const Detector& detector, const std::vector<s
 
 /// Whole-image labelling (Sim Anything supplement A): picture [H, W, 3] -> tags -> boxes -> masks -> one id picture.
 /// Without a detector everything is segmented and nothing has a name.  A closed detector is asked for those tags that
-/// it knows; for everything it knows when there is no tagger, or it knows none of the tags.
+/// it knows, and for everything it knows without a tagger; where no tag is left nothing is found.
 LabelledPhoto label_photo(const LabelOptions& options, const LabelModels& models, const ImageF& picture);
 
 }  // namespace pliant

@@ -13,6 +13,7 @@ IdImage LabelTracker::next(const ImageF& picture) {
   if (k > 0) frame = tracker_.step(picture);
   if (k % every_ != 0 && frame.lost.empty()) return frame.ids;
   const LabelledPhoto photo = label_photo(options_, models_, picture);
+  if (k == 0) said_ = photo.said;
   // Every photo numbers its things from 1 on; those numbers are no ids of things met before.
   IdImage detections = photo.ids;
   for (uint32_t& id : detections.data)

@@ -20,6 +20,8 @@ class LabelTracker {
   IdImage next(const ImageF& picture);
   /// Names of the ids so far, those without one left out.
   const std::map<uint32_t, std::string>& names() const { return names_; }
+  /// What the user should know, by the first photo.
+  const std::vector<std::string>& said() const { return said_; }
 
  private:
   LabelOptions options_;
@@ -28,6 +30,7 @@ class LabelTracker {
   int every_, count_ = 0;
   uint32_t last_ = 0;  ///< the largest id so far
   std::map<uint32_t, std::string> names_;
+  std::vector<std::string> said_;
 };
 
 }  // namespace pliant

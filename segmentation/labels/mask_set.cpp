@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -67,6 +68,22 @@ uint32_t free_id(const std::set<uint32_t>& used) {
   uint32_t id = 1;
   while (used.count(id)) ++id;
   return id;
+}
+
+fs::path labels_of(const fs::path& folder, const fs::path& labels) {
+  const fs::path beside = folder / "labels.json";
+  return !folder.empty() && fs::exists(beside) ? beside : labels;
+}
+
+std::string warning_of_zero(const std::vector<std::string>& classes, double unlabelled) {
+  constexpr double kMuch = 0.25;
+  if (classes.size() == 1)
+    return "all labeled pixels have one ID, so that everything becomes it: add --mask-zero background if ID 0 is the "
+           "background";
+  if (unlabelled <= kMuch || std::count(classes.begin(), classes.end(), kBackground)) return "";
+  return std::to_string(std::lround(100 * unlabelled)) +
+         " % of what the photos show has no label and takes its neighbors': add --mask-zero background if ID 0 is the "
+         "background";
 }
 
 uint32_t label_background(MaskSet& masks, const std::vector<size_t>& views) {

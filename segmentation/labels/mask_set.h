@@ -43,8 +43,15 @@ MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::p
 /// Names of labels.json: a JSON object id -> name.
 std::map<uint32_t, std::string> read_label_names(const std::filesystem::path& file);
 
+/// The file that names the objects of masks in `folder`: the labels.json among them, else `labels`, which may be empty.
+std::filesystem::path labels_of(const std::filesystem::path& folder, const std::filesystem::path& labels);
+
 /// An id that is not used yet: one above all others, or the lowest one where an id picture holds none above.
 uint32_t free_id(const std::set<uint32_t>& used);
+
+/// What a person should know where masks leave id 0 unlabelled; empty where that is no loss.  `classes`: names of the
+/// objects that were learnt; `unlabelled`: share of what the views show without a label.
+std::string warning_of_zero(const std::vector<std::string>& classes, double unlabelled);
 
 /// Gives pixels of id 0 the id that is named "background", else one of their own, see free_id; returns it.
 uint32_t label_background(MaskSet& masks);

@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/files/utf8.h"
 #include "segmentation/models/picture.h"
 
 namespace pliant {
@@ -13,7 +14,9 @@ namespace pliant {
 TagList TagList::read(const std::filesystem::path& file) {
   TagList tags;
   std::istringstream lines(read_text(file));
+  int number = 0;
   for (std::string line; std::getline(lines, line);) {
+    const std::string place = "line " + std::to_string(++number);
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty()) continue;
     const size_t tab = line.find('\t');
@@ -22,11 +25,13 @@ TagList TagList::read(const std::filesystem::path& file) {
       char* end = nullptr;
       threshold = std::strtof(line.c_str() + tab + 1, &end);
       if (end == line.c_str() + tab + 1 || !(threshold >= 0 && threshold <= 1))
-        throw input_error(file.string(), "line " + std::to_string(tags.names.size() + 1),
-                          "has the threshold '" + line.substr(tab + 1) + "'",
+        throw input_error(file.string(), place, "has the threshold '" + line.substr(tab + 1) + "'",
                           "write NAME, a tab, and a number in 0..1");
     }
-    tags.names.push_back(line.substr(0, tab));
+    const std::string name = line.substr(0, tab);
+    if (as_utf8(name) != name)
+      throw input_error(file.string(), place, "is not UTF-8", "convert the file to UTF-8, for example with iconv");
+    tags.names.push_back(name);
     tags.thresholds.push_back(threshold);
   }
   if (tags.names.empty())

@@ -33,6 +33,7 @@ std::map<uint32_t, size_t> areas(const IdImage& ids) {
 
 Xmem::Xmem(std::unique_ptr<NeuralModule> module, const Options& options)
     : module_(std::move(module)), options_(options) {
+  CHECK(options_.correction >= 0.5);
   hidden_channels_ = module_->file().size_of("hidden", 64);
   const std::string hidden = "1,K," + std::to_string(hidden_channels_) + ",h,w";
   const TensorLine frame{
@@ -112,9 +113,11 @@ TrackedFrame Xmem::add(const IdImage& detections) {
     if (detections.data[i] && ids_.data[i]) ++shared[detections.data[i]][ids_.data[i]];
   std::set<uint32_t> taken(things_.begin(), things_.end()), corrected;
   std::map<uint32_t, uint32_t> id_of;
+  std::map<uint32_t, size_t> area_of = areas(ids_);
   for (const auto& [detection, area] : areas(detections)) {
+    // Intersection over union as in DEVA; above .5 a detection and a thing have no other partner.
     for (const auto& [thing, pixels] : shared[detection])
-      if (static_cast<double>(pixels) > options_.correction * static_cast<double>(area)) {
+      if (static_cast<double>(pixels) > options_.correction * static_cast<double>(area + area_of[thing] - pixels)) {
         id_of[detection] = thing;
         corrected.insert(thing);
       }

@@ -29,7 +29,7 @@ class Xmem : public Tracker {
     uint64_t memory = 2ull << 30;  ///< ... as long as their values take no more than this [B]
     int top = 30;                  ///< memory pixels that each pixel reads
     int least_pixels = 16;         ///< a thing with fewer is lost
-    double correction = 0.5;       ///< share of a detection that lies on a followed thing and makes it that thing
+    double correction = 0.5;       ///< above this overlap, at least .5, a detection is the thing that it lies on
   };
 
   Xmem(std::unique_ptr<NeuralModule> module, const Options& options);

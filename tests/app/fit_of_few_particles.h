@@ -11,7 +11,7 @@ class FitOfFewParticles : public FitVideo {
  protected:
   void SetUp() override {
     std::filesystem::copy(folder / "run", folder / "small", std::filesystem::copy_options::recursive);
-    ASSERT_EQ(run_quietly({"seed", (folder / "small").string(), "--particles", "300", "--overwrite"}), 0);
+    ASSERT_EQ(run_quietly({"seed", (folder / "small").string(), "--particles", "300"}), 0);
     object = std::filesystem::directory_iterator(folder / "small/objects")->path();
   }
   void TearDown() override { std::filesystem::remove_all(folder / "small"); }

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -13,6 +11,7 @@
 #include "fitting/observe/frame_source.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/video.h"
+#include "tests/app/prepared_folder.h"
 #include "tests/app/run_pliant.h"
 #include "tests/app/small_demo.h"
 
@@ -23,45 +22,22 @@ class FitVideo : public ::testing::Test {
  protected:
   using Path = std::filesystem::path;
 
-  static void prepare(const Path& prepared) {
-    std::filesystem::remove_all(prepared.parent_path());
-    const Path partial = prepared.parent_path().string() + "_partial";
-    std::filesystem::remove_all(partial);
-    make_demo(small_demo(partial / "scene"));
-    std::filesystem::remove_all(partial / "scene/truth");
-    const std::string out = (partial / "run").string();
-    ASSERT_EQ(run_quietly({"segment", (partial / "scene").string(), "--out", out, "--iterations", "60"}), 0);
-    ASSERT_EQ(run_quietly({"extract", out}), 0);
-    ASSERT_EQ(run_quietly({"repair", out}), 0);
-    ASSERT_EQ(run_quietly({"seed", out, "--particles", "600"}), 0);
-    write_text(partial / "place", partial.string());
-    std::filesystem::create_directories(prepared.parent_path());
-    std::filesystem::rename(partial, prepared);
+  /// Fills a folder with the scene and its run.
+  static void prepare(const Path& out) {
+    make_demo(small_demo(out / "scene"));
+    std::filesystem::remove_all(out / "scene/truth");
+    const std::string run = (out / "run").string();
+    ASSERT_EQ(run_quietly({"segment", (out / "scene").string(), "--out", run, "--iterations", "60"}), 0);
+    ASSERT_EQ(run_quietly({"extract", run}), 0);
+    ASSERT_EQ(run_quietly({"repair", run}), 0);
+    ASSERT_EQ(run_quietly({"seed", run, "--particles", "600"}), 0);
   }
+  static Path prepared_scene() { return prepared_once("fit_video_scene", prepare); }
 
-  /// Where that is, once for all tests of this build of the program: a test that comes while another prepares it waits.
-  static Path prepared_scene() {
-    const Path program = std::filesystem::read_symlink("/proc/self/exe");
-    const Path all = program.parent_path() / "fit_video_scene";
-    const Path prepared = all / std::to_string(std::filesystem::last_write_time(program).time_since_epoch().count());
-    const int lock = open((all.string() + ".lock").c_str(), O_CREAT | O_RDWR, 0644);
-    flock(lock, LOCK_EX);
-    if (!std::filesystem::exists(prepared)) prepare(prepared);
-    close(lock);
-    return prepared;
-  }
-
-  static void SetUpTestSuite() {
-    const Path prepared = prepared_scene();
+  static void SetUpTestSuite() { use_copy_of(prepared_scene()); }
+  static void use_copy_of(const Path& prepared) {
     folder = std::filesystem::temp_directory_path() / ("pliant_fit_video_" + std::to_string(getpid()));
-    std::filesystem::remove_all(folder);
-    std::filesystem::copy(prepared, folder, std::filesystem::copy_options::recursive);
-    // The run directory names the scene that it was made from.
-    std::string run = read_text(folder / "run/run.json");
-    const std::string from = read_text(prepared / "place");
-    for (size_t at = run.find(from); at != std::string::npos; at = run.find(from, at))
-      run.replace(at, from.size(), folder.string());
-    write_text(folder / "run/run.json", run);
+    copy_prepared(prepared, folder);
     const nlohmann::json video = nlohmann::json::parse(read_text(folder / "scene/scene.json"))["video"];
     file = folder / "scene" / video["file"].get<std::string>();
     camera = video["camera"].get<std::string>();

@@ -169,10 +169,11 @@ int main(int argc, char** argv) {
     }
     fs::remove_all(run);
     fs::copy(fit_seed, run, fs::copy_options::recursive);
-    if (!call(fmt::format("fit {} --video {} --video-camera view_3 --video-fps {} --from 0 --field {} --young {} {} {}",
-                          run.string(), frames_folder.string(), kFps, field, std::exp(middle) * wrong,
-                          field == "parts" ? "--parts 2" : "", keys["fit"]),
-              run / "log")) {
+    if (!call(
+            fmt::format("fit {} --video {} --video-camera view_3 --video-fps {} --start 0 --field {} --young {} {} {}",
+                        run.string(), frames_folder.string(), kFps, field, std::exp(middle) * wrong,
+                        field == "parts" ? "--parts 2" : "", keys["fit"]),
+            run / "log")) {
       rows.push_back({{"case", seed}, {"failed", true}});
       continue;
     }

@@ -219,10 +219,11 @@ UpDirection up_of_standing(const GaussianCloud& cloud) {
   return {{0, -1, 0}, "-y, " + otherwise};
 }
 
+bool is_near_z(const Eigen::Vector3d& up) { return up.z() > 0.77; }
+
 UpDirection up_of_cloud(const GaussianCloud& cloud, bool z_is_up) {
-  constexpr double kNear = 0.77;  // cosine
   const std::optional<UpDirection> plane = up_of_support_plane(cloud);
-  if (z_is_up && !(plane && plane->up.z() > kNear)) return {{0, 0, 1}, "+z, as the file declares"};
+  if (z_is_up && !(plane && is_near_z(plane->up))) return {{0, 0, 1}, "+z, as the file declares"};
   return plane ? *plane : up_of_standing(cloud);
 }
 

@@ -17,6 +17,9 @@ struct UpDirection {
 /// The direction of that name: x, y, z, -x, -y or -z; empty for other texts.
 std::optional<Eigen::Vector3d> axis_of_name(const std::string& name);
 
+/// Whether an up direction, a unit vector, counts as +z: within 40 degrees.
+bool is_near_z(const Eigen::Vector3d& up);
+
 /// The direction to which the rows of the cameras' pictures are perpendicular: cameras are pitched, which tilts the
 /// mean of those that do not surround a scene, but rarely rolled.  Where the rows are too much alike or disagree, the
 /// mean picture-up of at least 3 cameras that agree roughly.  Pictures are upright as the EXIF orientation of their

@@ -109,9 +109,8 @@ bool is_compressed_ply(const PlyHeader& header) {
   return header.find("chunk") && vertex && vertex->find("packed_position") >= 0;
 }
 
-GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::filesystem::path& file,
-                                  uint64_t size, ReadReport* report) {
-  const std::string name = file.string();
+GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::string& name, uint64_t size,
+                                  ReadReport& report) {
   const PlyElement &chunk = *header.find("chunk"), &vertex = *header.find("vertex");
   const PlyElement* sh = header.find("sh");
   if (vertex.count > INT32_MAX || chunk.count < (vertex.count + kChunk - 1) / kChunk) {
@@ -168,12 +167,8 @@ GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, con
     }
     builder.add(row);
   }
-  ReadReport found;
-  found.format = "compressed PLY, SH degree " + std::to_string(degree);
-  found.files = {file};
-  GaussianCloud cloud = builder.finish(found);
-  if (report) *report = std::move(found);
-  return cloud;
+  report.format = "compressed PLY, SH degree " + std::to_string(degree);
+  return builder.finish(report);
 }
 
 }  // namespace pliant

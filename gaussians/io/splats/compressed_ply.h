@@ -1,7 +1,7 @@
 #pragma once
 
-#include <filesystem>
 #include <istream>
+#include <string>
 
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/io/splats/ply_header.h"
@@ -14,9 +14,9 @@ bool is_compressed_ply(const PlyHeader& header);
 
 /// Reads the data behind the header of a compressed PLY: chunks of 256 Gaussians, each with the bounds of its values;
 /// positions and scales in 11-10-11 bits, rotations as the smallest three components in 10 bits each, colours and
-/// opacity in 8 bits, optional harmonics in 8 bits.  `size` is that of the whole file.
-/// Throws Error{kInput} naming the file and the element or property.
-GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::filesystem::path& file,
-                                  uint64_t size, ReadReport* report);
+/// opacity in 8 bits, optional harmonics in 8 bits.  `size` is that of the whole file.  Counts, format and warnings go
+/// to `report`.  Throws Error{kInput} naming the file and the element or property.
+GaussianCloud read_compressed_ply(std::istream& in, const PlyHeader& header, const std::string& name, uint64_t size,
+                                  ReadReport& report);
 
 }  // namespace pliant

@@ -103,32 +103,32 @@ SplatRow row_of(const Layout& layout, const float* values) {
   return row;
 }
 
-/// Whether a comment says how the scene was trained (Brush, Postshot); the last one wins.
+/// Whether a comment says how the scene was trained; the last one wins.  In any case: "SplatRenderMode: mip" (Brush,
+/// splat-transform), "antialiased 1" and "postshot.anti_aliasing=1" (Postshot).
 void read_render_mode(const std::string& comment, bool& antialiased) {
-  size_t at = comment.find("SplatRenderMode:");
-  if (at != std::string::npos) antialiased = comment.find("mip", at) != std::string::npos;
-  at = comment.find("antialiased ");
-  if (at != std::string::npos) antialiased = comment.compare(at + 12, 1, "1") == 0;
+  if (const size_t at = comment.find("splatrendermode:"); at != std::string::npos)
+    antialiased = comment.find("mip", at) != std::string::npos;
+  for (const std::string key : {"antialiased", "postshot.anti_aliasing"}) {
+    size_t at = comment.find(key);
+    if (at == std::string::npos) continue;
+    at = comment.find_first_not_of(" =:", at + key.size());
+    if (at != std::string::npos && (comment[at] == '0' || comment[at] == '1')) antialiased = comment[at] == '1';
+  }
 }
 
-/// The comment of nerfstudio's export.
-bool says_z_is_up(const std::string& comment) {
-  return lower_case(comment).find("vertical axis: z") != std::string::npos;
+/// What the comments of the header say of the whole cloud.
+void read_comments(const PlyHeader& header, ReadReport& report) {
+  for (const std::string& line : header.comments) {
+    const std::string comment = lower_case(line);
+    read_render_mode(comment, report.antialiased);
+    if (comment.find("vertical axis: z") != std::string::npos) report.z_is_up = true;  // nerfstudio
+  }
 }
 
-}  // namespace
-
-GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
-  const std::string name = file.string();
-  std::error_code failed;
-  if (!fs::exists(file, failed)) throw input_error(name, "", "does not exist", "check the name");
-  if (!fs::is_regular_file(file, failed)) throw input_error(name, "", "is not a file", "give a PLY file");
-  const uint64_t size = fs::file_size(file);
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw input_error(name, "", "cannot be opened", "check its permissions");
-  const PlyHeader header = read_ply_header(in, file);
+/// Reads the data behind the header of a PLY that is not compressed.
+GaussianCloud read_vertices(std::istream& in, const PlyHeader& header, const std::string& name, uint64_t size,
+                            ReadReport& report) {
   const PlyElement* vertex = header.find("vertex");
-  if (is_compressed_ply(header)) return read_compressed_ply(in, header, file, size, report);
   if (!vertex) throw input_error(name, "element vertex", "is missing", "this is not a 3DGS PLY");
   const Layout layout = find_layout(*vertex, name);
   if (vertex->count > INT32_MAX) {
@@ -149,18 +149,38 @@ GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
     builder.add(row_of(layout, values), object);
   });
 
-  ReadReport found;
-  GaussianCloud cloud = builder.finish(found);
-  found.files = {file};
-  found.z_is_up = std::any_of(header.comments.begin(), header.comments.end(), says_z_is_up);
-  found.format =
+  GaussianCloud cloud = builder.finish(report);
+  report.format =
       std::string(layout.scale[2] < 0 ? "2DGS" : "3DGS") + " PLY, SH degree " + std::to_string(layout.degree);
-  found.antialiased = layout.filter >= 0;  // Mip-Splatting has both of its filters
-  for (const std::string& comment : header.comments) read_render_mode(comment, found.antialiased);
   if (layout.scale[2] < 0) {
-    found.warnings.push_back(
+    report.warnings.push_back(
         "scale_2 is absent (2DGS surfels): the third axis is set 100 times thinner than the others");
   }
+  if (layout.filter >= 0) {
+    report.antialiased = true;  // Mip-Splatting has both of its filters
+    report.warnings.push_back(
+        "filter_3D is present (Mip-Splatting): its screen filter has a variance of 0.1 px^2 unless the training set "
+        "another, the one here has 0.3 px^2, so that details of about a pixel look softer");
+  }
+  return cloud;
+}
+
+}  // namespace
+
+GaussianCloud read_ply(const fs::path& file, ReadReport* report) {
+  const std::string name = file.string();
+  std::error_code failed;
+  if (!fs::exists(file, failed)) throw input_error(name, "", "does not exist", "check the name");
+  if (!fs::is_regular_file(file, failed)) throw input_error(name, "", "is not a file", "give a PLY file");
+  const uint64_t size = fs::file_size(file);
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw input_error(name, "", "cannot be opened", "check its permissions");
+  const PlyHeader header = read_ply_header(in, file);
+  ReadReport found;
+  found.files = {file};
+  GaussianCloud cloud = is_compressed_ply(header) ? read_compressed_ply(in, header, name, size, found)
+                                                  : read_vertices(in, header, name, size, found);
+  read_comments(header, found);
   if (report) *report = std::move(found);
   return cloud;
 }

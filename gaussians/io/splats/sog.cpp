@@ -81,7 +81,9 @@ class Sog {
     if (meta_.number("version") != 2)
       throw meta_.complaint("version", "is " + json_["version"].dump(), "version 2 is read");
     count_ = whole(meta_, "count", source_.file_bytes * kMostPerByte + kSmallScene);
-    if (meta_.has("antialias") && json_["antialias"].is_boolean()) antialiased_ = json_["antialias"];
+    // The key of the specification, and that of splat-transform.
+    antialiased_ = (meta_.has("antialias") && json_["antialias"] == true) ||
+                   (meta_.has("model") && json_["model"] == "antialiased");
   }
 
   GaussianCloud read(ReadReport& report) {

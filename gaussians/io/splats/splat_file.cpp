@@ -20,7 +20,8 @@ static_assert(sizeof(Record) == 32);
 
 GaussianCloud read_splat(const std::filesystem::path& file, ReadReport* report) {
   const std::string bytes = read_text(file);
-  if (bytes.empty() || bytes.size() % sizeof(Record) != 0) {
+  if (bytes.empty()) throw input_error(file.string(), "", "is empty", "the file is truncated or not a .splat file");
+  if (bytes.size() % sizeof(Record) != 0) {
     throw input_error(file.string(), "", "has " + std::to_string(bytes.size()) + " bytes, not a multiple of 32",
                       "the file is truncated or not a .splat file");
   }

@@ -239,11 +239,12 @@ void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b, const Ta
       r.v[a] += sum.v[a];
     }
     Eigen::Map<RowMajor<T>>(r.F) += sum.F;
-    // The stiffness is (lambda + 2 mu) V / (m dx^2).
+    // The stiffness is the modulus times V / (m dx^2).
+    const WaveModulus modulus(solver_.materials[r.material]);
     const T by_modulus = sum.stiffness * r.volume / r.mass * solver_.inverse_dx * solver_.inverse_dx;
     r.by_mass += sum.mass - sum.stiffness * p.stiffness / r.mass;
-    r.by_mu += 2 * by_modulus;
-    r.by_lambda += by_modulus;
+    r.by_mu += T(modulus.by_mu) * by_modulus;
+    r.by_lambda += T(modulus.by_lambda) * by_modulus;
   }
 }
 
@@ -301,7 +302,9 @@ void StepAdjoint<T>::reverse_conditions(const TapeStep<T>& step, int n) {
     reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
   }
   if (!step.loads.colliders.empty() || !step.loads.pins.empty())
-    apply_node_conditions_adjoint(step.loads, node_block(step, updated_, n), block.node);
+    apply_node_conditions_adjoint(
+        step.loads, node_block(step, updated_, n), block.node,
+        step.lagrangian() ? adj_displacement_.data() + static_cast<size_t>(n) * BlockGrid::kNodes : nullptr);
 }
 
 template <class T>

@@ -81,6 +81,23 @@ TEST(Convert, SplatsAndCamerasAreScaledAlike) {
   EXPECT_EQ(run_quietly({"convert", (folder / "a.ply").string(), (folder / "c.ply").string(), "--scale", "0"}), 2);
 }
 
+TEST(Convert, FilesWithoutUsableGaussiansAreRefused) {
+  const TemporaryFolder folder;
+  GaussianCloud unusable = few();
+  for (Vec3f& x : unusable.position) x[0] = NAN;
+  write_splats(folder / "nan.ply", unusable);
+  write_splats(folder / "none.ply", GaussianCloud());
+  for (const char* in : {"nan.ply", "none.ply"})
+    for (const char* out : {"out.ply", "out.splat", "out.spz", "out.glb"}) {
+      testing::internal::CaptureStderr();
+      EXPECT_EQ(run_pliant({"convert", (folder / in).string(), (folder / out).string()}), 1) << in << " to " << out;
+      const std::string said = testing::internal::GetCapturedStderr();
+      EXPECT_NE(said.find("contains no usable Gaussians"), std::string::npos) << said;
+      EXPECT_NE(said.find(in), std::string::npos) << said;
+      EXPECT_FALSE(std::filesystem::exists(folder / out));
+    }
+}
+
 TEST(Convert, WhatIsUpIsKept) {
   const TemporaryFolder folder;
   write_splats(folder / "a.ply", few(), false, true);

@@ -1,17 +1,20 @@
 // Commands that are given what is there already leave it as it was, or do again what it no longer holds for.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "app/commands/command.h"
 #include "app/store/segmentation.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
+#include "tests/app/demo/folder_sums.h"
 #include "tests/app/live/view_until.h"
 #include "tests/app/run_pliant.h"
 #include "tests/segmentation/made_scene.h"
@@ -44,14 +47,61 @@ TEST(OutFolder, OfADemoMayEndWithASlash) {
   EXPECT_EQ(count_of(folder.path()), 1u);
 }
 
-TEST(OutFolder, OfADemoStaysWhereANewOneFails) {
+TEST(OutFolder, OfADemoKeepsWhatItHoldsWhereANewOneIsInterrupted) {
   const TemporaryFolder folder;
-  // The folder's name leaves room for .lock, but not for .partial.
-  const std::string name(249, 'a');
-  folder.file(name + "/demo.json", "{}");
-  EXPECT_NE(run_quietly(demo_words((folder / name).string() + "/", {"--overwrite"})), 0);
-  EXPECT_EQ(read_text(folder / (name + "/demo.json")), "{}");
-  EXPECT_EQ(count_of(folder / name), 1u);
+  const std::string out = (folder / "scene").string();
+  ASSERT_EQ(run_quietly(demo_words(out)), 0);
+  const auto before = folder_sums(folder.path());
+  CLI::App app;
+  Program program;
+  add_demo(app, program);
+  std::vector<std::string> words = demo_words(out, {"--overwrite", "--seed", "2"});
+  std::reverse(words.begin(), words.end());
+  app.parse(words);
+  Progress progress(true);
+  Context context{progress, [] { return true; }, 2, 1, true};
+  expect_error(Failure::kInterrupted, {"demo"}, [&] { program.action(context); });
+  EXPECT_EQ(folder_sums(folder.path()), before);
+  EXPECT_FALSE(fs::exists(folder / "scene/.partial"));
+}
+
+TEST(OutFolder, OfADemoThatIsThereAlreadyStaysTheSameFolder) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "mount");
+  const auto number = [&] {
+    struct stat status = {};
+    EXPECT_EQ(stat((folder / "mount").c_str(), &status), 0);
+    return status.st_ino;
+  };
+  const auto first = number();
+  ASSERT_EQ(run_quietly(demo_words((folder / "mount").string())), 0);
+  const size_t entries = count_of(folder / "mount");
+  const auto sums = folder_sums(folder / "mount");
+  EXPECT_EQ(run_quietly(demo_words((folder / "mount").string(), {"--seed", "2"})), 2);
+  EXPECT_EQ(folder_sums(folder / "mount"), sums);
+  ASSERT_EQ(run_quietly(demo_words((folder / "mount").string(), {"--seed", "2", "--overwrite"})), 0);
+  EXPECT_NE(folder_sums(folder / "mount"), sums);
+  EXPECT_EQ(number(), first);
+  EXPECT_EQ(count_of(folder / "mount"), entries) << "neither .partial nor .lock";
+  EXPECT_EQ(count_of(folder.path()), 1u);
+  // A scene file comes last: without it the scene is made again.
+  const auto second = folder_sums(folder / "mount");
+  fs::remove(folder / "mount/scene.json");
+  ASSERT_EQ(run_quietly(demo_words((folder / "mount").string(), {"--seed", "2"})), 0);
+  EXPECT_EQ(folder_sums(folder / "mount"), second);
+}
+
+TEST(OutFolder, OfADemoWithFilesOfOthersIsRefused) {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "scene").string();
+  ASSERT_EQ(run_quietly(demo_words(out)), 0);
+  folder.file("scene/run/run.json", "mine");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly(demo_words(out, {"--overwrite", "--seed", "2"})), 2);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("'run'"), std::string::npos) << said;
+  EXPECT_EQ(read_text(folder / "scene/run/run.json"), "mine");
+  EXPECT_TRUE(fs::exists(folder / "scene/scene.json"));
 }
 
 TEST(OutFolder, OfATrainedSceneIsNotWhereItsSourceIs) {

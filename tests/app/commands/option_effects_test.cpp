@@ -47,7 +47,7 @@ class OptionEffects : public FitVideo {
     for (const char* network : {"detector", "tagger", "segmenter", "tracker", "inpainter"})
       write_text(file(network) + ".onnx", network);
     write_text(file("names.txt"), "flower");
-    write_text(file("camera_path.json"), "{}");
+    write_text(file("camera_path.json"), read_text(folder / "scene/transforms.json"));
     write_text(file("masks/view_000.png"), "other masks");
     write_text(file("model/classifier.pth"), "a classifier");
     write_text(folder / "scene/segmentation.h5", "a joint training's");
@@ -220,7 +220,7 @@ TEST_F(OptionEffects, OfSegment) {
   const Names networks = {"label-photos", "text",    "track",      "tagger",
                           "segmenter",    "tracker", "vocabulary", "trust-torchscript"};
   const Names masks = {"masks", "mask-zero", "associate"};
-  const Names trained = {"iterations", "no-vote", "associate", "mask-zero"}, learnt = {"iterations", "no-vote"};
+  const Names trained = {"iterations", "no-vote", "associate"}, learnt = {"iterations", "no-vote"};
   const Names others = {"auto", "joint", "gaussian-grouping", "physgaussian", "everything", "detector"};
   const Names gestures = {"box", "click", "stroke", "stroke-width", "grow", "aabb", "sphere"};
   try_all<SegmentStage>({}, with(networks, {"stroke-width", "grow"}));
@@ -237,7 +237,7 @@ TEST_F(OptionEffects, OfSegment) {
   try_all<SegmentStage>({"--sphere", v("sphere")}, by_shape);
   try_all<SegmentStage>({"--joint"}, with(with(networks, with(trained, gestures)), others));
   try_all<SegmentStage>({"--gaussian-grouping", v("gaussian-grouping")},
-                        with(with(networks, with(trained, gestures)), with(others, {"masks"})));
+                        with(with(networks, with(trained, gestures)), with(others, {"masks", "mask-zero"})));
   try_all<SegmentStage>({"--physgaussian", v("physgaussian")},
                         with(with(networks, with(with(masks, learnt), gestures)), others));
   const Names not_labelled = with(gestures, {"auto", "masks", "joint", "gaussian-grouping", "physgaussian"});

@@ -166,6 +166,33 @@ TEST(Options, ValuesOutsideOfTheirRangeAreUsageErrors) {
         EXPECT_NE(printed.error.find(option.name), std::string::npos) << printed.error;
       }
     }
+  const auto refused = [](const std::vector<std::string>& words, const std::string& option, const std::string& value) {
+    const Printed printed = print(words);
+    EXPECT_EQ(printed.code, 2) << value;
+    EXPECT_NE(printed.error.find(option), std::string::npos) << printed.error;
+    EXPECT_NE(printed.error.find("'" + value + "'"), std::string::npos) << printed.error;
+  };
+  for (const std::string value : {"-3", "1.5", "many", "18446744073709551616"})
+    refused({"seed", "dir", "--seed=" + value}, "--seed", value);
+  for (const std::string value : {"-1", "1.5", "3e9", "fine"})
+    refused({"convert", "a.ply", "b.ply", "--level=" + value}, "--level", value);
+}
+
+TEST(Options, OverwriteIsOfCommandsThatHaveSomethingToReplaceAndSaysWhat) {
+  for (const std::string command : {"run", "segment", "reconstruct", "fit", "demo", "convert", "export"})
+    EXPECT_NE(print({command, "--help"}).out.find("--overwrite"), std::string::npos) << command;
+  const Printed demo = print({"demo", "--help"});
+  EXPECT_NE(demo.out.find("Replace a demo that was made with other options"), std::string::npos) << demo.out;
+  for (const std::string command : {"extract", "repair", "seed", "predict", "simulate", "render", "view"}) {
+    EXPECT_EQ(print({command, "--help"}).out.find("--overwrite"), std::string::npos) << command;
+    EXPECT_EQ(print({command, "dir", "--overwrite"}).code, 2) << command;
+  }
+}
+
+TEST(Options, HelpOfRenderNamesWhatItTakes) {
+  const std::string help = print({"render", "--help"}).out;
+  EXPECT_NE(help.find("or a run directory"), std::string::npos) << help;
+  EXPECT_EQ(help.find("posed photos"), std::string::npos) << help;
 }
 
 // What an option of one kind makes useless is refused by its name, before anything is written.
@@ -205,6 +232,8 @@ TEST(Options, WhatWouldBeIgnoredIsRefused) {
   for (const std::string option : {"--depth", "--antialiased", "--background=1,1,1", "--up=0,0,1"})
     refused({"render", run, option}, option.substr(0, option.find('=')));
   refused({"render", run, "--out", out}, "--out");
+  refused({"evaluate", "suite", "--out", out, "--threads", "2"}, "--threads");
+  refused({"evaluate", "suite", "--out", out, "--seed", "2"}, "--seed");
   refused({"render", scene, "--out", out, "--no-orbit"}, "--no-orbit");
   refused({"render", scene, "--out", out, "--turntable"}, "--turntable");
 }

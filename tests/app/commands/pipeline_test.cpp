@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "gaussians/io/files/files.h"
 #include "tests/app/run_pliant.h"
@@ -108,6 +111,45 @@ TEST_F(PipelineTest, ADemoThatFailsLeavesNoLock) {
   EXPECT_NE(run_pliant({"demo", "--out", out.string(), "--no-video", "--quiet"}), 0);
   EXPECT_FALSE(fs::exists(out.string() + ".lock"));
   EXPECT_FALSE(fs::exists(out));
+}
+
+TEST_F(PipelineTest, ADemoThatIsInterruptedExitsWith130AndLeavesNothing) {
+  const fs::path out = folder / "interrupted", partial = out.string() + ".partial";
+  std::atomic<bool> ended = false;
+  std::thread user([&] {
+    while (!ended && !fs::exists(partial / "photos/view_000.png")) std::this_thread::yield();
+    if (!ended) kill(getpid(), SIGINT);
+  });
+  EXPECT_EQ(run_pliant({"demo", "--out", out.string(), "--photos", "300", "--width", "160", "--height", "120",
+                        "--no-video", "--quiet"}),
+            130);
+  ended = true;
+  user.join();
+  for (const std::string name : {"", ".lock", ".partial"}) EXPECT_FALSE(fs::exists(out.string() + name)) << name;
+  EXPECT_EQ(run_pliant({"--version"}), 0);
+}
+
+// What cannot be rendered or done to the object is refused before anything is made.
+TEST_F(PipelineTest, WhatComesLastIsCheckedFirst) {
+  const fs::path run = folder / "checked", script = folder / "shove.json", cameras = folder / "path.json";
+  write_text(script, R"([{"type": "shove"}])");
+  write_text(cameras, "[]");
+  const std::vector<std::vector<std::string>> wrong = {
+      {"--size", "1920"},
+      {"--render.camera", "nosuch"},
+      {"--render.cameras", cameras.string(), "--render.camera", "view_000"},
+      {"--render.turntable", "--render.no-orbit"},
+      {"--interactions", script.string()}};
+  for (const std::vector<std::string>& words : wrong) {
+    std::vector<std::string> command = run_command("checked");
+    command.insert(command.end(), words.begin(), words.end());
+    EXPECT_EQ(run_pliant(command), 2) << words[0];
+    EXPECT_FALSE(fs::exists(run / "segmentation.h5")) << words[0];
+  }
+  std::vector<std::string> command = run_command("checked");
+  command.insert(command.end(), {"--render.cameras", (folder / "nosuch.json").string()});
+  EXPECT_EQ(run_pliant(command), 1);
+  EXPECT_FALSE(fs::exists(run / "segmentation.h5"));
 }
 
 TEST_F(PipelineTest, AMissingFileExitsWithOne) {

@@ -5,6 +5,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <atomic>
 #include <set>
 
 #include "app/demo/make_demo.h"
@@ -382,6 +383,30 @@ TEST(Demo, FilesReadBackAsWhatTheSceneIs) {
   }
   ids.erase(0);
   EXPECT_EQ(ids, (std::set<uint32_t>{1, 2, 3, 4, 5, 6}));
+}
+
+// Ctrl-C is noticed in each of its steps: photos, training, simulation and film.
+TEST(Demo, StopsWhenItIsInterrupted) {
+  constexpr int kPhotos = 4, kIterations = 3, kFrames = 6;
+  TemporaryFolder folder;
+  DemoOptions options = small(folder / "scene");
+  options.photos = kPhotos;
+  options.training = kIterations;
+  options.video = true;
+  options.video_particles = 1000;
+  options.video_seconds = 0.25;
+  std::atomic<int> asked = 0;
+  for (const int steps : {0, kPhotos, kPhotos + kIterations, kPhotos + kIterations + kFrames}) {
+    asked = 0;
+    options.interrupted = [&, steps] { return asked++ >= steps; };
+    expect_error(Failure::kInterrupted, {"demo"}, [&] { make_demo(options); });
+    EXPECT_GT(asked, steps);
+    EXPECT_FALSE(fs::exists(folder / "scene/scene.json")) << steps;
+  }
+  asked = 0;
+  options.interrupted = [&] { return asked++ < 0; };
+  make_demo(options);
+  EXPECT_EQ(asked, kPhotos + kIterations + 2 * kFrames);
 }
 
 TEST(Demo, ImpossibleSizesAreUsageErrors) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/fit/fit_options.h"
 #include "app/fit/fit_scene.h"
 #include "app/run/attach_scene.h"
 #include "app/store/fit_checkpoint.h"
@@ -27,6 +28,23 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+TEST_F(FitVideo, NetworksBeginByTheSeedOfTheProgram) {
+  Progress progress(true);
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  FitStage stage;
+  stage.field = "kan";
+  const FitInputs in = inputs_of(run, load_run_scene(run), stage);
+  Context context{progress, [] { return false; }};
+  const FitScene fit = load_fit_scene(context, run, in);
+  const auto seeds = [&] {
+    const MaterialFitOptions options = material_fit_options(context, run, in.scene, in.options, fit, 0);
+    return std::set<uint64_t>{options.kan.seed, options.planes.seed};
+  };
+  EXPECT_EQ(seeds(), std::set<uint64_t>{0}) << "of the default";
+  context.seed = 8;
+  EXPECT_EQ(seeds(), std::set<uint64_t>{7});
+}
 
 TEST_F(FitVideo, PartsAreThoseOfGivenLabels) {
   const GaussianCloud cloud = read_ply(folder / "scene/splats.ply");
@@ -187,7 +205,7 @@ TEST_F(FitVideo, PhysDreamersRecipeAloneIsThePublishedOne) {
   if (!has_triplane_fields()) GTEST_SKIP() << "the recipe needs triplanes, and this is built without libtorch";
   fs::copy(folder / "run", folder / "published", fs::copy_options::recursive);
   const std::string out = (folder / "published").string();
-  ASSERT_EQ(run_quietly({"seed", out, "--particles", "300", "--overwrite"}), 0);
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "300"}), 0);
   ASSERT_EQ(run_quietly({"fit", out, "--recipe", "physdreamer", "--start", "0.5", "--end", "0.8", "--points", "60",
                          "--gradient-iterations", "4", "--young", "20000", "--poisson", "0.3", "--density", "300"}),
             0);
@@ -368,14 +386,12 @@ cp frames.f32 gradient.f32; echo "{\"step\": $step, \"loss\": 1}"; step=$((step 
   ASSERT_EQ(material.branch.size(), material.young.size());
   EXPECT_EQ(material.source, "physics3d, guided by 'copy'");
   write_text(folder / "none.json", "[]");
-  ASSERT_EQ(run_quietly({"simulate", run, "--overwrite", "--duration", "0.1", "--interactions",
-                         (folder / "none.json").string()}),
-            0);
+  ASSERT_EQ(run_quietly({"simulate", run, "--duration", "0.1", "--interactions", (folder / "none.json").string()}), 0);
   const auto law = [&] {
     return json::parse(read_text(folder / "small/run.json"))["stages"]["simulate"]["summary"]["session"]["law"];
   };
   EXPECT_EQ(law(), "viscoelastic");
-  ASSERT_EQ(run_quietly({"simulate", run, "--overwrite", "--duration", "0.1", "--law", "neo_hookean", "--interactions",
+  ASSERT_EQ(run_quietly({"simulate", run, "--duration", "0.1", "--law", "neo_hookean", "--interactions",
                          (folder / "none.json").string()}),
             0);
   EXPECT_EQ(law(), "neo_hookean");
@@ -420,7 +436,7 @@ TEST_F(FitOfFewParticles, AMotionWithoutPhysicsLooksLikeTheVideoAndIsNotSimulate
   const ParticleFile particles = read_particles(object / "particles.h5");
   for (size_t i = 0; i < particles.driving_position.size(); ++i)
     EXPECT_LT((motion.frames[0].position[i] - particles.driving_position[i]).norm(), 1e-5f);
-  EXPECT_EQ(run_quietly({"simulate", (folder / "small").string(), "--overwrite", "--duration", "0.1", "--no-fit"}), 2)
+  EXPECT_EQ(run_quietly({"simulate", (folder / "small").string(), "--duration", "0.1", "--no-fit"}), 2)
       << "nothing was fitted that simulate could use";
 }
 

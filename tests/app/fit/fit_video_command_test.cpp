@@ -71,6 +71,9 @@ TEST_F(FitVideo, TheCameraComesFromAPoseFileOrIsFoundByTheFirstFrame) {
   EXPECT_LT(degrees_between(found.camera, truth), 0.3);
   EXPECT_EQ(found.camera.name, camera + "_found");
   // What was found is a pose file.
+  const std::vector<Camera> kept = read_cameras(folder / "run/fit/transforms.json", {}, PhotoFit::kView).cameras;
+  ASSERT_EQ(kept.size(), 1u);
+  EXPECT_EQ(kept[0].name, found.camera.name);
   FitStage again;
   again.pose = (folder / "run/fit/transforms.json").string();
   EXPECT_LT(degrees_between(load(again).camera, found.camera), 1e-3);
@@ -281,7 +284,7 @@ TEST_F(FitVideo, WhatAMaskLeavesDarkIsNotCompared) {
 TEST_F(FitVideo, WhatWasFittedSearchedAndHeldOutIsSaidFrameByFrame) {
   fs::copy(folder / "run", folder / "few", fs::copy_options::recursive);
   const std::string out = (folder / "few").string();
-  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200", "--overwrite"}), 0);
+  ASSERT_EQ(run_quietly({"seed", out, "--particles", "200"}), 0);
   const auto fitted = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"fit", out, "--overwrite", "--points", "60", "--compare-fps", "12", "--end", "1.1"});
     EXPECT_EQ(run_quietly(more), 0);

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/fit/fit_options.h"
 #include "app/fit/fit_video.h"
 #include "gaussians/io/images/image_io.h"
 #include "tests/app/fit_video_scene.h"
@@ -117,6 +118,26 @@ TEST_F(FitVideoMask, AMaskThatIsMissingIsNamedAndNotReplacedByTheNext) {
     fill("lacking", white, {});
     refused({"lacking", "are " + std::to_string(frames.size())});
   }
+}
+
+TEST_F(FitVideoMask, AFrameThatIsHiddenIsLeftOutOfThePicturesAlone) {
+  constexpr size_t kDark = 5;
+  const int width = frames[0].width, height = frames[0].height;
+  std::vector<ImageF> masks(frames.size(), ImageF(width, height, 3, 1.0f));
+  masks[kDark] = ImageF(width, height, 3, 0.0f);
+  FitStage stage;
+  stage.masks = {write("once.mp4", masks)};
+  stage.compare.loss = "image";
+  Progress progress(true);
+  const Context context{progress, [] { return false; }};
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  const Scene scene = load_run_scene(run);
+  const FitInputs in = inputs_of(run, scene, stage);
+  const FitScene fit = load_fit_scene(context, run, in);
+  const ClipTerms terms = material_fit_options(context, run, in.scene, in.options, fit, 0).clip;
+  ASSERT_EQ(terms.seen.size(), 1u);
+  ASSERT_EQ(terms.seen[0].frames.size(), static_cast<size_t>(fit.used));
+  for (size_t f = 0; f < terms.seen[0].frames.size(); ++f) EXPECT_EQ(terms.seen[0].frames[f].empty(), f == kDark) << f;
 }
 
 TEST_F(FitVideoMask, AnyColourIsBright) {

@@ -1,6 +1,7 @@
 // Videos of one motion: their frames are of the same instants, and each counts where it has something to compare.
 
 #include "app/fit/fit_report.h"
+#include "gaussians/io/cameras/cameras.h"
 #include "tests/app/fit_video_scene.h"
 
 namespace pliant {
@@ -36,6 +37,24 @@ TEST_F(SeveralVideos, TheirFramesAreOfTheSameInstants) {
   EXPECT_EQ(other.start, one.start);
   EXPECT_EQ(other.fps, one.fps);
   EXPECT_EQ(other.blended, 0);
+}
+
+TEST_F(SeveralVideos, EveryCameraThatIsRefinedIsKeptTheFirstVideosFirst) {
+  Progress progress(true);
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  FitStage stage;
+  stage.videos = {file.string(), file.string()};
+  stage.cameras = {camera, camera};
+  stage.refine_camera = true;
+  const FitScene scene =
+      load_fit_scene({progress, [] { return false; }}, run, inputs_of(run, load_run_scene(run), stage));
+  const std::vector<Camera> kept = read_cameras(folder / "run/fit/transforms.json", {}, PhotoFit::kView).cameras;
+  ASSERT_EQ(kept.size(), 2u);
+  EXPECT_EQ(kept[0].name, camera);
+  EXPECT_EQ(kept[1].name, camera + "_2") << "names are told apart";
+  const std::vector<const FitView*> views = scene.views();
+  for (size_t i = 0; i < 2; ++i)
+    EXPECT_TRUE(kept[i].cam_from_world.isApprox(views[i]->video.camera.cam_from_world, 1e-6)) << i;
 }
 
 TEST_F(SeveralVideos, AFurtherOneWithoutACameraIsNotTakenForThatOfTheScene) {

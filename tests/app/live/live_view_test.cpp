@@ -13,9 +13,9 @@
 #include "app/page/clip_html.h"
 #include "app/store/trajectory.h"
 #include "gaussians/io/files/files.h"
-#include "tests/app/fit_video_scene.h"
 #include "tests/app/live/inbox.h"
 #include "tests/app/live/view_until.h"
+#include "tests/app/moving_run.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -37,14 +37,8 @@ json meta_of(const std::string& bytes) {
   return json::parse(bytes.substr(32, length));
 }
 
-class View : public FitVideo {
+class View : public MovingRun {
  protected:
-  static void SetUpTestSuite() {
-    FitVideo::SetUpTestSuite();
-    ASSERT_EQ(run_quietly({"simulate", (folder / "run").string(), "--young", "2e4", "--poisson", "0.3", "--density",
-                           "400", "--duration", "0.5"}),
-              0);
-  }
   void SetUp() override {
     run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "run"));
     live_ = std::make_shared<const LiveScene>(load_live_scene(*run_, load_run_scene(*run_), "view"));

@@ -25,6 +25,26 @@ const std::string kPress = R"(
     press('Home');
 )";
 
+/// And with fingers: `touch(type, id, x, y)`, and `find()`, which lays the first on the object and gives its place.
+const std::string kTouch = R"(
+    const canvas = document.getElementById('canvas'), {left, top, width, height} = canvas.getBoundingClientRect();
+    canvas.setPointerCapture = () => {};
+    const touch = (type, id, x, y) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: id, pointerType: 'touch',
+      isPrimary: id === 1, button: 0, clientX: x, clientY: y, bubbles: true}));
+    const find = async () => {
+      let place = null;
+      await until(() => {
+        for (let k = 0; k < 400 && !pliant.live(); ++k) {
+          place = [left + (k % 20 + 0.5) * width / 20, top + (Math.floor(k / 20) + 0.5) * height / 20];
+          touch('pointerdown', 1, ...place);
+          if (!pliant.live()) touch('pointerup', 1, ...place);
+        }
+        return pliant.live();
+      });
+      return place;
+    };
+)";
+
 TEST_F(ClipPageTest, AtTheEndOfAReplayTheHandLetsGo) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const json answer = evaluate("(async () => {" + names_of_top(0.1f) + R"(
@@ -92,22 +112,10 @@ TEST_F(ClipPageTest, AKeyThatIsHeldDownTogglesOnceAndStepsOn) {
 // The first finger of two that turn the camera may lie on the object.
 TEST_F(ClipPageTest, PinsAreMadeByATapAndNotByAPinch) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
-  const json answer = evaluate("(async () => {" + kPress + R"(
+  const json answer = evaluate("(async () => {" + kPress + kTouch + R"(
     press('5');
-    const canvas = document.getElementById('canvas'), {left, top, width, height} = canvas.getBoundingClientRect();
-    canvas.setPointerCapture = () => {};
-    const touch = (type, id, x, y) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: id, pointerType: 'touch',
-      isPrimary: id === 1, button: 0, clientX: x, clientY: y, bubbles: true}));
     const pins = () => pliant.recording()?.interactions.filter(({type}) => type === 'pin').length ?? 0;
-    let place = null;
-    await until(() => {
-      for (let k = 0; k < 400 && !pliant.live(); ++k) {
-        place = [left + (k % 20 + 0.5) * width / 20, top + (Math.floor(k / 20) + 0.5) * height / 20];
-        touch('pointerdown', 1, ...place);
-        if (!pliant.live()) touch('pointerup', 1, ...place);
-      }
-      return pliant.live();
-    });
+    const place = await find();
     touch('pointerdown', 2, place[0] + 40, place[1]);
     touch('pointerup', 2, place[0] + 40, place[1]);
     touch('pointerup', 1, ...place);
@@ -120,6 +128,39 @@ TEST_F(ClipPageTest, PinsAreMadeByATapAndNotByAPinch) {
   })())");
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
   EXPECT_EQ(answer["value"], json({{"pinched", 0}, {"tapped", 1}, {"live", true}, {"errors", json::array()}}));
+}
+
+TEST_F(ClipPageTest, AFingerPullsAndKeepsHoldWhileTheTabIsHidden) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const json answer = evaluate("(async () => {" + kPress + kTouch + R"(
+    const place = await find(), frames = () => pliant.recording().frames;
+    const rest = Array.from(pliant.drivers());
+    for (let k = 1; k <= 10; ++k) touch('pointermove', 1, place[0] + 6 * k, place[1]);
+    await until(() => frames() > 5);
+    const moved = Math.max(...pliant.drivers().map((x, i) => Math.abs(x - rest[i])));
+    Object.defineProperty(document, 'hidden', {get: () => true, configurable: true});
+    await new Promise((next) => setTimeout(next, 200));  // what is under way comes to its end
+    const before = frames();
+    await new Promise((next) => setTimeout(next, 600));
+    const waited = frames() - before;
+    delete document.hidden;
+    await until(() => frames() > before);
+    const open = pliant.recording().interactions[0].duration ?? null, goes = frames() > before;
+    touch('pointerup', 1, place[0] + 60, place[1]);
+    await until(() => pliant.recording().interactions[0].duration);
+    return {moved, waited, goes, open, closed: pliant.recording().interactions[0].duration > 0,
+      count: pliant.recording().interactions.length, errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  json value = answer["value"];
+  EXPECT_GT(value["moved"].get<double>(), 0.01 * height());
+  value.erase("moved");
+  EXPECT_EQ(value, json({{"waited", 0},
+                         {"goes", true},
+                         {"open", nullptr},
+                         {"closed", true},
+                         {"count", 1},
+                         {"errors", json::array()}}));
 }
 
 TEST_F(ClipPageTest, APinIsShownWhereItIsThoughOneOfAnEarlierSessionHadItsNumber) {

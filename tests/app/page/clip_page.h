@@ -12,23 +12,14 @@
 #include "app/live/live_client.h"
 #include "app/live/live_view.h"
 #include "app/simulate/moving_scene.h"
-#include "tests/app/fit_video_scene.h"
+#include "tests/app/moving_run.h"
 #include "tests/app/page/browser.h"
 
 namespace pliant {
 
 /// clip.html of a run of a small scene.
-class ClipPageTest : public FitVideo {
+class ClipPageTest : public MovingRun {
  protected:
-  static void SetUpTestSuite() {
-    FitVideo::SetUpTestSuite();
-    ASSERT_EQ(run_quietly({"simulate", (folder / "run").string(), "--young", "2e4", "--poisson", "0.3", "--density",
-                           "400", "--duration", "0.7"}),
-              0);
-    ASSERT_EQ(run_quietly({"export", (folder / "run").string(), "--html", page().string()}), 0);
-  }
-  static std::filesystem::path page() { return folder / "clip.html"; }
-
   void SetUp() override {
     if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
     run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "run"));

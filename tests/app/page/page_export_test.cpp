@@ -9,7 +9,7 @@
 #include "app/page/page_stage.h"
 #include "gaussians/base/error.h"
 #include "tests/app/finished_stage.h"
-#include "tests/app/fit_video_scene.h"
+#include "tests/app/moving_run.h"
 #include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
@@ -40,14 +40,8 @@ TEST(ClipHtml, WhatAnObjectIsCalledIsNeitherMarkupNorAMark) {
   }
 }
 
-class PageExport : public FitVideo {
+class PageExport : public MovingRun {
  protected:
-  static void SetUpTestSuite() {
-    FitVideo::SetUpTestSuite();
-    ASSERT_EQ(
-        run_quietly({"simulate", run(), "--young", "2e4", "--poisson", "0.3", "--density", "400", "--duration", "0.5"}),
-        0);
-  }
   static std::string run() { return (folder / "run").string(); }
   static std::string page(const std::string& name) { return (folder / name).string(); }
   static json header(const std::string& file) { return header_in(read_text(file)); }

@@ -11,6 +11,7 @@
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/trajectory.h"
+#include "fitting/predict/material_table.h"
 #include "gaussians/io/files/json_file.h"
 #include "tests/app/beam_scene.h"
 #include "tests/app/run_pliant.h"
@@ -237,6 +238,23 @@ TEST_F(Predict, AnEOfTheUserTakesTheRestFromThePrediction) {
   for (const char* name : {"poisson", "density"}) EXPECT_EQ(uniform[name], summary("predict")[name]) << name;
 }
 
+TEST_F(Predict, AMaterialOfTheUserWithoutEIsRefusedWithWhatWorks) {
+  ASSERT_EQ(run({"--label", "sunflower"}), 0);
+  const std::string directory = (folder_ / "run").string();
+  for (const char* option : {"--poisson", "--density"}) {
+    const std::vector<std::string> clip = {"simulate", directory, option, "0.4", "--fps", "20", "--duration", "0.1"};
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_pliant(clip), static_cast<int>(Failure::kUsage));
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("that of the prediction"), std::string::npos) << said;
+    EXPECT_NE(said.find(std::string("give ") + option + " to `pliant predict`"), std::string::npos) << said;
+    EXPECT_EQ(said.find("--no-fit"), std::string::npos) << said;
+  }
+  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower", "--poisson", "0.4"}), 0);
+  EXPECT_NEAR(summary("predict")["poisson"], 0.4, 1e-6);
+  ASSERT_EQ(run_quietly({"simulate", directory, "--fps", "20", "--duration", "0.1"}), 0);
+}
+
 TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
   ASSERT_EQ(run({}), 0);
   const std::string directory = (folder_ / "run").string();
@@ -245,7 +263,7 @@ TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
     return run_quietly(words);
   };
   EXPECT_EQ(predict({"--label", "palm"}), 0);
-  EXPECT_EQ(predict({"--label", "fern", "--overwrite"}), 0);
+  EXPECT_EQ(predict({"--label", "fern"}), 0);
   EXPECT_EQ(predict({"--label", "palm", "--material", "oak"}), 2);
   EXPECT_EQ(predict({"--label", "xyzzy"}), 2);
   EXPECT_EQ(predict({"--young", "1e5", "--softness", "0.2"}), 2);
@@ -254,6 +272,13 @@ TEST_F(Predict, ContradictionsAndUnknownWordsAreRefused) {
   EXPECT_EQ(predict({"--softness", "2"}), 2);
   EXPECT_EQ(predict({"--llm-url", "http://127.0.0.1:9/v1", "--llm-model", "m"}), 0);  // down: the table is used
   EXPECT_EQ(run_quietly({"predict", "--list", "--label", "palm"}), 2);
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_quietly({"predict", "--list", "--json"}), 0);
+  const json list = json::parse(testing::internal::GetCapturedStdout(), nullptr, false);
+  ASSERT_TRUE(list.is_object()) << "JSON and nothing else";
+  ASSERT_EQ(list["materials"].size(), material_table().materials.size());
+  ASSERT_EQ(list["objects"].size(), material_table().objects.size());
+  EXPECT_EQ(list["materials"][0]["young_pa"]["typical"], material_table().materials[0].young.typical);
   EXPECT_EQ(run({"--young", "1", "--poisson", "0.3", "--density", "1", "--softness", "0.5"}), 2);
   EXPECT_EQ(run({"--young", "1", "--poisson", "0.3", "--density", "1", "--predict.weights",
                  (folder_ / "scene/scene.json").string()}),

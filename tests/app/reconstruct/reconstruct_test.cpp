@@ -8,7 +8,6 @@
 #include "app/reconstruct/photo_set.h"
 #include "app/reconstruct/reconstruct_stage.h"
 #include "app/reconstruct/training_masks.h"
-#include "app/store/segmentation.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/files.h"
@@ -151,81 +150,6 @@ TEST_F(Reconstruct, AFinishedResultLeavesTheCheckpointOfALongerTraining) {
   EXPECT_EQ(sha256_of_file(folder / "scene/checkpoint.h5"), checkpoint);
   ASSERT_TRUE(train(folder / "set", folder / "scene", longer, -1));
   EXPECT_FALSE(fs::exists(folder / "scene/checkpoint.h5"));
-}
-
-/// Which side of the plane z = 0 most of what a pixel shows lies on; 0 where nothing is.
-void make_masks(const fs::path& folder) {
-  const GaussianCloud cloud = made_cloud();
-  std::vector<float> side(2 * cloud.size(), 0.0f);
-  for (size_t i = 0; i < cloud.size(); ++i) side[2 * i + (cloud.position[i].z() > 0)] = 1;
-  for (const Camera& camera : read_transforms(folder / "transforms.json").cameras) {
-    const RenderResult picture = render(cloud, camera, {}, side, 2);
-    IdImage ids(camera.width, camera.height, 1, 0);
-    for (size_t k = 0; k < ids.data.size(); ++k)
-      if (picture.alpha.data[k] > 0.5f)
-        ids.data[k] = picture.features.data[2 * k] > picture.features.data[2 * k + 1] ? 3 : 8;
-    fs::create_directories(folder / "masks");
-    write_ids(folder / "masks" / (camera.name + ".png"), ids);
-  }
-}
-
-TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
-  const TemporaryFolder folder;
-  make_photos(folder / "set");
-  make_masks(folder / "set");
-  const std::vector<std::string> segment = {"segment",
-                                            (folder / "set").string(),
-                                            "--joint",
-                                            "--masks",
-                                            (folder / "set/masks").string(),
-                                            "--reconstruct.init",
-                                            "random",
-                                            "--reconstruct.max-gaussians",
-                                            "1k",
-                                            "--reconstruct.sh-degree",
-                                            "0",
-                                            "--reconstruct.iterations",
-                                            "400",
-                                            "--out",
-                                            (folder / "run").string()};
-  ASSERT_EQ(run_quietly(segment), 0);
-  const Segmentation segmentation = read_segmentation(folder / "run/segmentation.h5");
-  const Scene scene = load_scene(folder / "run/scene");
-  ASSERT_EQ(segmentation.label.size(), scene.cloud.size());
-  double right = 0, all = 0;
-  for (size_t i = 0; i < scene.cloud.size(); ++i) {
-    const Vec3f& x = scene.cloud.position[i];
-    if (x.norm() > 0.5f || std::abs(x.z()) < 0.1f) continue;
-    const double opacity = sigmoid(scene.cloud.opacity_logit[i]);
-    all += opacity;
-    right += opacity * (segmentation.label[i] == (x.z() > 0 ? 8u : 3u));
-  }
-  EXPECT_GT(right / all, 0.93);
-  EXPECT_EQ(read_json(folder / "run/objects.json").size(), 2u);
-  ASSERT_EQ(run_quietly(segment), 0) << "what is done is not done again";
-
-  // A scene that is trained already keeps its Gaussians and how they are drawn.
-  write_ply(scene.settings.splats, scene.cloud, true);
-  ASSERT_EQ(run_quietly({"segment", (folder / "run/scene").string(), "--joint", "--masks",
-                         (folder / "set/masks").string(), "--reconstruct.iterations", "20", "--reconstruct.sh-degree",
-                         "0", "--out", (folder / "again").string()}),
-            0);
-  const Scene again = load_scene(folder / "again/scene");
-  EXPECT_EQ(again.cloud.size(), scene.cloud.size());
-  EXPECT_TRUE(again.report.antialiased);
-  EXPECT_EQ(run_quietly({"segment", (folder / "set").string(), "--joint", "--reconstruct.iterations", "5", "--out",
-                         (folder / "none").string()}),
-            2)
-      << "no masks";
-  // What excludes joint training is said before it.
-  for (const std::vector<std::string>& excluded : std::vector<std::vector<std::string>>{
-           {"--click", "v12,40,30"}, {"--auto"}, {"--gaussian-grouping", "model"}, {"--mask-zero", "background"}}) {
-    std::vector<std::string> words = segment;
-    words.back() = (folder / "excluded").string();
-    words.insert(words.end(), excluded.begin(), excluded.end());
-    EXPECT_EQ(run_quietly(words), 2) << excluded[0];
-    EXPECT_FALSE(fs::exists(folder / "excluded/scene")) << excluded[0];
-  }
 }
 
 TEST_F(Reconstruct, TimeIsHonoured) {

@@ -1,6 +1,8 @@
 // What the folder of a trained scene keeps: the source's scene.json and the user's edits, lenses, up, masks,
 // checkpoints.
 
+#include "app/reconstruct/trained_scene.h"
+
 #include <nlohmann/json.hpp>
 
 #include "app/reconstruct/photo_set.h"
@@ -183,6 +185,29 @@ TEST_F(Reconstruct, UpIsThatOfPhotosThatWereHeldSideways) {
   EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5);
   ASSERT_EQ(train(), 0);
   EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5) << "after a skipped training";
+}
+
+TEST_F(Reconstruct, ThePlySaysWhetherZIsUp) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  PhotoSet set = find_photo_set(folder / "set");
+  const CameraFile cameras = read_photo_cameras(set);
+  const TrainingPhotos photos = load_training_photos({}, cameras);
+  const GaussianCloud cloud = made_cloud();
+  RunDirectory run = RunDirectory::create(folder / "scene");
+  const auto z_is_up = [&](std::optional<Vec3d> up, bool declared) {
+    set.settings.up = up;
+    write_trained_scene(run, {.set = set, .cameras = cameras, .photos = photos, .cloud = cloud, .z_is_up = declared});
+    ReadReport report;
+    read_ply(folder / "scene/point_cloud/iteration_0/point_cloud.ply", &report);
+    return report.z_is_up;
+  };
+  EXPECT_TRUE(z_is_up(std::nullopt, false)) << "the cameras see it";
+  EXPECT_TRUE(z_is_up(Vec3d(0, 0, 1), false));
+  EXPECT_TRUE(z_is_up(Vec3d(0, std::sin(0.6), std::cos(0.6)), false));
+  EXPECT_FALSE(z_is_up(Vec3d(0, std::sin(0.8), std::cos(0.8)), false));
+  EXPECT_FALSE(z_is_up(Vec3d(0, -1, 0), false)) << "the scene file goes before the cameras";
+  EXPECT_TRUE(z_is_up(Vec3d(0, -1, 0), true)) << "the splats that were trained on say so";
 }
 
 TEST_F(Reconstruct, ARunDirectoryIsNotReplacedByAScene) {

@@ -263,6 +263,35 @@ TEST_F(ReplacingAResult, AnInterruptedStageGoesOnFromWhatItHasMade) {
   EXPECT_EQ(RunDirectory::open(folder_ / "run").last_record("work")["options"]["a"], 2) << "what was being made";
 }
 
+TEST_F(ReplacingAResult, ThePreviousResultComesBackWhereTheInterruptedOneFailsOrIsGivenUp) {
+  make_first();
+  EXPECT_EQ(attempt(2, {"fit/checkpoint"}, Failure::kInterrupted), Failure::kInterrupted);
+  EXPECT_EQ(attempt(2, {}, Failure::kInterrupted), Failure::kInterrupted);
+  EXPECT_EQ(attempt(2, {}, Failure::kNumerical), Failure::kNumerical);
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit.failed/checkpoint"));
+  expect_first();
+  EXPECT_EQ(attempt(2, {}, Failure::kInterrupted), Failure::kInterrupted);
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit/checkpoint")) << "taken up again";
+  make_first();
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit.failed/checkpoint"));
+  expect_first();
+  attempt_and_be_killed(2, {"fit/more"});
+  EXPECT_EQ(attempt(3, {"fit/out.txt", "third.png"}, {}), std::nullopt);
+  EXPECT_FALSE(fs::exists(folder_ / "run/fit/more"));
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit.failed/more"));
+  EXPECT_EQ(read_text(folder_ / "run/fit.1/out.txt"), "1");
+  EXPECT_FALSE(fs::exists(folder_ / "run/fit.2"));
+}
+
+TEST_F(ReplacingAResult, AnInterruptedStageWhosePreviousResultIsGoneGoesOn) {
+  make_first();
+  EXPECT_EQ(attempt(2, {"fit/checkpoint"}, Failure::kInterrupted), Failure::kInterrupted);
+  fs::remove_all(folder_ / "run/fit.1");
+  EXPECT_EQ(attempt(2, {}, Failure::kInput), Failure::kInput);
+  EXPECT_TRUE(fs::exists(folder_ / "run/fit/checkpoint"));
+  EXPECT_FALSE(RunDirectory::open(folder_ / "run").has("work"));
+}
+
 TEST_F(ReplacingAResult, AStageThatIsDoneWhenItIsInterruptedCounts) {
   RunDirectory directory = RunDirectory::create(folder_ / "run");
   Progress progress(true);
@@ -352,6 +381,13 @@ TEST_F(RunDirectoryTest, ARecordThatIsIncompleteOrLeadsElsewhereIsRefused) {
     for (const char* field : {"outputs", "kept"})
       expect_refused(field, [&](nlohmann::json& r) { r["stages"]["work"][field] = {elsewhere}; });
   expect_refused("begun.work.outputs", [](nlohmann::json& r) { r["begun"]["work"]["outputs"] = {"../mine.txt"}; });
+  for (const char* field : {"record", "moved", "written"})
+    expect_refused(std::string("begun.work.replaced.") + field, [&](nlohmann::json& r) {
+      r["begun"]["work"]["replaced"] = {
+          {"record", r["stages"]["work"]}, {"moved", nlohmann::json::array()}, {"written", nlohmann::json::array()}};
+      const nlohmann::json pair = nlohmann::json::array({"../mine.txt", "../mine.txt"});
+      r["begun"]["work"]["replaced"][field] = nlohmann::json::array({pair});
+    });
   expect_refused("folder", [](nlohmann::json& r) { r["stages"]["work"]["summary"]["folder"] = "../other"; });
   EXPECT_EQ(read_text(folder_ / "mine.txt"), "mine");
 }

@@ -233,11 +233,12 @@ TEST(StageFields, BelongToAnOptionOrToSomethingElseThatIsRecorded) {
             }),
             std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<ReconstructStage>([](const ReconstructStage& s) {
-              // Constants of the training; files and found.joint.
+              // Constants of the training; files, which tell the level of the splats, and found.joint.
               return std::vector<Bytes>{
-                  bytes_of(&s, &s.train, sizeof(s.train)), bytes_of(&s, &s.photo, sizeof(s.photo)),
-                  bytes_of(&s, &s.joint, sizeof(s.joint)), bytes_of(&s, &s.masks, sizeof(s.masks)),
-                  bytes_of(&s, &s.splats, sizeof(s.splats))};
+                  bytes_of(&s, &s.train, sizeof(s.train)),        bytes_of(&s, &s.photo, sizeof(s.photo)),
+                  bytes_of(&s, &s.joint, sizeof(s.joint)),        bytes_of(&s, &s.masks, sizeof(s.masks)),
+                  bytes_of(&s, &s.splats, sizeof(s.splats)),      bytes_of(&s, &s.level, sizeof(s.level)),
+                  bytes_of(&s, &s.mask_zero, sizeof(s.mask_zero))};
             }),
             std::vector<size_t>{});
 }
@@ -353,6 +354,26 @@ TEST_F(StageKeys, FilesOfTheRunChangeTheKeysOfTheStagesThatReadThem) {
   EXPECT_EQ(found("/stages/extract/summary/height", 0.123), kSimulate);
   EXPECT_EQ(found("/stages/extract/summary/contact", {{"support", "shelf"}}), Names{"fill"} + kSimulate);
   EXPECT_EQ(found("/stages/extract/summary/rules", json::object()), Names());
+}
+
+TEST_F(StageKeys, EachFileOfTheSplatsThatJointTrainingGoesOnFromCounts) {
+  const PhotoSet set = find_photo_set(folder / "scene", "");
+  const CameraFile cameras = read_photo_cameras(set);
+  ReconstructStage joint;
+  joint.joint = true;
+  joint.splats = {folder / "sog/lod-meta.json", folder / "sog/0_0/meta.json", folder / "sog/0_0/means_l.webp"};
+  for (const fs::path& file : joint.splats) write_text(file, "before");
+  const auto key = [&] { return record_of(key_of(inputs_of(set, cameras, joint)), 1); };
+  const json before = key();
+  for (const char* role : {"splats", "splats 0_0/meta.json", "splats 0_0/means_l.webp"})
+    EXPECT_TRUE(before["inputs"].contains(role)) << role;
+  for (const fs::path& file : joint.splats) {
+    write_text(file, "after");
+    EXPECT_NE(key(), before) << file;
+    write_text(file, "before");
+  }
+  EXPECT_EQ(key(), before);
+  fs::remove_all(folder / "sog");
 }
 
 TEST_F(StageKeys, TheSeedChangesAllOfThem) {

@@ -9,13 +9,13 @@
 namespace pliant {
 namespace {
 
-TEST(ParticleBudget, HalvingTheCellsTakesTwiceAsManySteps) {
+TEST(ParticleBudget, CellsHalfAsWideTakeTwiceAsManySteps) {
   const CoarseCost bulk{1000, 1000, 5000};
   EXPECT_DOUBLE_EQ(particle_steps(bulk, 1000), 1000.0 * 5000);
   EXPECT_NEAR(particle_steps(bulk, 8000), 16 * particle_steps(bulk, 1000), 1e-3);
-  // What thin parts get besides stays.
+  // What thin parts get besides covers their area.
   const CoarseCost thin{1000, 3000, 5000};
-  EXPECT_NEAR(particle_steps(thin, 8000), 10000.0 * 2 * 5000, 1e-3);
+  EXPECT_NEAR(particle_steps(thin, 8000), (8000.0 + 4 * 2000) * 2 * 5000, 1e-3);
 }
 
 TEST(ParticleBudget, IsTheUsualCountTheLargestThatFitsOrTheFewest) {

@@ -66,6 +66,23 @@ TEST(AutomaticSegmentation, FindsWhatStandsOnTheTableWithNoMasksAndNoPrompts) {
     return summary.contains("contact") ? summary["contact"]["support"].get<std::string>() : "";
   };
   EXPECT_EQ(carrier(), "support_1");
+
+  // IDs and names like object_2 in the scene file are of its masks.
+  const std::string settings_before = read_text(folder / "scene/scene.json");
+  json settings = json::parse(settings_before), second;
+  for (const json& object : json::parse(read_text(folder / "run/objects.json")))
+    if (object.at("name") == "object_2") second = object;
+  ASSERT_TRUE(second.is_object());
+  settings["object"] = "object_2";
+  for (const std::string& support : {second.at("id").dump(), std::string("object_2")}) {
+    settings["support"] = support;
+    write_text(folder / "scene/scene.json", settings.dump());
+    EXPECT_EQ(carrier(), "support_1") << support;
+  }
+  ASSERT_EQ(run_quietly({"extract", out}), 0);
+  EXPECT_TRUE(json::parse(read_text(folder / "run/run.json"))["stages"]["extract"]["summary"].contains("chosen"));
+  write_text(folder / "scene/scene.json", settings_before);
+
   change("support_1", "rest");
   EXPECT_EQ(carrier(), "");
 

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/run/attach_scene.h"
+#include "app/segment/extract_stage.h"
 #include "app/segment/objects_file.h"
 #include "app/store/segmentation.h"
 #include "gaussians/io/files/files.h"
@@ -115,6 +117,21 @@ TEST(SegmentEdit, ChangesTheObjectsOfARunKeepsThemAndCanBeUndone) {
   EXPECT_EQ(sha256_of_file(run / "segmentation.h5"), found);
   EXPECT_EQ(read_json(run / "objects.json"), before);
   EXPECT_FALSE(read_json(run / "run.json").contains("edits"));
+}
+
+TEST(SegmentEdit, ARenamedSupportStaysWhatTheObjectStandsOn) {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "9000", "--photos", "8", "--width", "160", "--height",
+                         "120", "--no-video"}),
+            0);
+  ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--iterations", "0"}), 0);
+  ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "table=desk"}), 0);
+  const RunDirectory run = RunDirectory::open(out);
+  const json table = *row(read_json(run / "objects.json"), "desk");
+  EXPECT_EQ(inputs_of(run, load_run_scene(run), ExtractStage()).found["support"], table["id"]);
+  ASSERT_EQ(run_quietly({"extract", out}), 0);
+  EXPECT_EQ(read_json(run / "run.json")["stages"]["extract"]["summary"]["contact"]["support"], "desk");
 }
 
 TEST(SegmentEdit, PicturesOfHeldOutPhotosShowTheEditedObjects) {

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/run/attach_scene.h"
+#include "app/segment/extract_stage.h"
 #include "app/store/segmentation.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
@@ -90,6 +92,15 @@ TEST(GaussianGrouping, AttributeAndClassifierAreTakenAsTheyAre) {
   const json objects = read_json(folder / "run/objects.json");
   EXPECT_EQ(objects[1]["found"], "Gaussian Grouping");
   EXPECT_EQ(objects[1]["views"], 4);
+
+  // A scene file may name an object that the model does not have.
+  folder.file("scene/scene.json",
+              R"({"splats": "../model/point_cloud/iteration_30000/point_cloud.ply", "object": "flower"})");
+  ASSERT_EQ(run_quietly({"segment", (folder / "scene").string(), "--out", (folder / "named").string(),
+                         "--gaussian-grouping", model, "--orbit-views", "4"}),
+            0);
+  const RunDirectory named = RunDirectory::open(folder / "named");
+  EXPECT_EQ(inputs_of(named, load_run_scene(named), ExtractStage()).found["name"], "object_9");
 
   // Nothing is done again; another classifier is another input.
   const std::string before = sha256_of_file(folder / "run/segmentation.h5");

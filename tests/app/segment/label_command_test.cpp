@@ -52,6 +52,10 @@ TEST_F(LabelCommand, ADetectorAloneMakesNamedObjectsOfWhatItSees) {
   EXPECT_EQ(objects.count("rest"), 1u);
   EXPECT_EQ(objects.size(), 3u);
   expect_box(out / "run", objects.find("leaf")->second);
+  // The scene file names an object and a support of its masks, which these are not.
+  ASSERT_EQ(run_quietly({"extract", (out / "run").string()}), 0);
+  const json cut = json::parse(read_text(out / "run/run.json"))["stages"]["extract"]["summary"];
+  EXPECT_NE(cut.value("chosen", "").find("most prominent of 2 objects"), std::string::npos) << cut;
   EXPECT_GT(iou_in(out / "run/held_out", objects.find("sky")->second, folder / "scene/masks", kBlueThing), 0.5);
 }
 
@@ -94,7 +98,13 @@ TEST_F(LabelCommand, APhotoThatHasItsRecordIsNotLabelledAgain) {
 
 TEST_F(LabelCommand, TrackedPhotosShareTheIdOfAThing) {
   const TemporaryFolder out;
-  ASSERT_EQ(segment(out / "run", {"--track", "--detector", detector(), "--text", "leaf"}), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_pliant({"segment", (folder / "scene").string(), "--out", (out / "run").string(), "--iterations", "20",
+                        "--hold-out", "--track", "--detector", detector(), "--text", "green leaf"}),
+            0);
+  const std::string told = testing::internal::GetCapturedStderr(), other = "'leaf' is searched for";
+  ASSERT_NE(told.find(other), std::string::npos) << told;
+  EXPECT_EQ(told.find(other), told.rfind(other)) << told;
   const auto objects = objects_of(out / "run");
   ASSERT_EQ(objects.count("leaf"), 1u);
   const uint32_t leaf = objects.find("leaf")->second;
@@ -148,6 +158,7 @@ TEST_F(LabelCommand, WhatIsMissingIsToldByTheOptionThatWasTyped) {
   refused({"--everything", "--tagger", file}, {"--everything", "--tagger"});
   refused({"--vocabulary", file}, {"--vocabulary", "net.onnx", "--detector"});
   refused({"--inpainter", file}, {"--inpainter"});
+  refused({"--detector", file, "--text", " , ."}, {"--text", "holds no name"});
   ::testing::internal::CaptureStderr();
   EXPECT_EQ(run_quietly({"repair", out.path().string(), "--detector", file}), 2);
   EXPECT_NE(::testing::internal::GetCapturedStderr().find("--detector"), std::string::npos);

@@ -112,8 +112,8 @@ TEST(NetworkCommandTorch, RepairFillsTheHoleWithWhatTheGivenInpainterPaints) {
   write_torch_module(net, kMagenta, R"({"kind": "lama"})", {{"colour", {1, 3, 1, 1}, {1, 0, 1}}});
   ASSERT_EQ(run_quietly({"repair", run}), 0);
   const size_t without = magenta_in(folder / "run/background_repaired.ply");
-  EXPECT_NE(run_quietly({"repair", run, "--inpainter", net, "--overwrite"}), 0);  // a program that nobody trusted
-  ASSERT_EQ(run_quietly({"repair", run, "--inpainter", net, "--trust-torchscript", "--overwrite"}), 0);
+  EXPECT_NE(run_quietly({"repair", run, "--inpainter", net}), 0);  // a program that nobody trusted
+  ASSERT_EQ(run_quietly({"repair", run, "--inpainter", net, "--trust-torchscript"}), 0);
   const json summary = json::parse(read_text(folder / "run/run.json"))["stages"]["repair"]["summary"];
   EXPECT_GT(summary["inpainted_views"].get<int>(), 0);
   EXPECT_EQ(without, 0u);

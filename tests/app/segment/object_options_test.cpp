@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/run/attach_scene.h"
+#include "app/segment/extract_stage.h"
 #include "app/segment/repair_stage.h"
 #include "app/store/material.h"
 #include "app/store/particles.h"
@@ -78,7 +79,7 @@ TEST(ExtractOptions, HullTakesWhatLiesBetweenThePartsOfTheObject) {
   ASSERT_GT(standing, 20u);
   EXPECT_EQ(between_taken(), 0u);
   EXPECT_EQ(summary(out / "run", "extract")["rules"]["hull"]["moved"], 0);
-  ASSERT_EQ(run_quietly({"extract", (out / "run").string(), "--object", "300", "--hull", "--overwrite"}), 0);
+  ASSERT_EQ(run_quietly({"extract", (out / "run").string(), "--object", "300", "--hull"}), 0);
   EXPECT_GE(between_taken(), standing);
   EXPECT_EQ(summary(out / "run", "extract")["rules"]["hull"]["moved"], between_taken());
 }
@@ -99,6 +100,33 @@ TEST(ExtractOptions, ASelectionIsCutWhicheverObjectTheSceneFileNames) {
   const std::string said = testing::internal::GetCapturedStderr();
   EXPECT_NE(said.find("scene.json: object: flower"), std::string::npos) << said;
   EXPECT_EQ(said.find("--object"), std::string::npos) << said;
+}
+
+TEST(ExtractOptions, WhatTheSceneFileNamesIsNotSoughtByNumberAmongOtherMasks) {
+  const TemporaryFolder out;
+  write_made_scene(out / "scene", made_scene(two_balls()), "flower");
+  fs::copy(out / "scene/masks", out / "others");
+  fs::remove(out / "others/view0.png");
+  const auto found_after = [&](const std::string& labels, const std::string& object) {
+    json settings = json::parse(read_text(out / "scene/scene.json"));
+    settings["object"] = settings["support"] = object;
+    write_text(out / "scene/scene.json", settings.dump());
+    write_text(out / "others/labels.json", labels);
+    EXPECT_EQ(run_quietly({"segment", (out / "scene").string(), "--out", (out / "run").string(), "--masks",
+                           (out / "others").string(), "--iterations", "0"}),
+              0);
+    const RunDirectory run = RunDirectory::open(out / "run");
+    return inputs_of(run, load_run_scene(run), ExtractStage()).found;
+  };
+  for (const char* object : {"flower", "object_70000", "70000"}) {
+    const json found = found_after("{}", object);
+    EXPECT_TRUE(found.contains("chosen")) << object;
+    EXPECT_FALSE(found.contains("support")) << object;
+  }
+  const json found = found_after(R"({"70000": "flower"})", "flower");
+  EXPECT_EQ(found["id"], 70000);
+  EXPECT_EQ(found["support"], 70000);
+  EXPECT_FALSE(found.contains("chosen"));
 }
 
 TEST(ExtractOptions, TheBackgroundIsCutOnlyWhenItIsAskedFor) {
@@ -166,7 +194,7 @@ TEST_F(OneBall, ShadowKeepLeavesTheColoursOfTheSupport) {
   ASSERT_EQ(run_quietly({"repair", run.string()}), 0);
   EXPECT_GT(brightened(), 50u);
   EXPECT_GT(summary(run, "repair")["shadow_gaussians"].get<size_t>(), 50u);
-  ASSERT_EQ(run_quietly({"repair", run.string(), "--shadow", "keep", "--overwrite"}), 0);
+  ASSERT_EQ(run_quietly({"repair", run.string(), "--shadow", "keep"}), 0);
   EXPECT_EQ(brightened(), 0u);
   EXPECT_EQ(summary(run, "repair")["shadow_gaussians"], 0);
   EXPECT_NE(summary(run, "repair")["shadow"].get<std::string>().find("kept"), std::string::npos);
@@ -245,8 +273,8 @@ TEST_F(OneBall, PgasPlacesTheWantedNumberOfParticlesDenserWhereTheFileSaysSoft) 
   material.volume = pgas.solid_volume;
   write_material(out / "material.h5", material, "{}");
   const std::string file = (out / "material.h5").string();
-  EXPECT_EQ(seed({"--material", file, "--overwrite"}), 2);  // K-means has no use for it
-  ASSERT_EQ(seed({"--sampling", "pgas", "--material", file, "--overwrite"}), 0);
+  EXPECT_EQ(seed({"--material", file}), 2);  // K-means has no use for it
+  ASSERT_EQ(seed({"--sampling", "pgas", "--material", file}), 0);
   const ParticleFile soft = read_particles(object_file(run, "particles.h5"));
   EXPECT_NEAR(soft.driving_position.size(), 800, 16);
   EXPECT_GT(soft.cell_size, 1.15 * pgas.cell_size);

@@ -159,6 +159,11 @@ TEST_F(SegmentOptions, WithoutTheVoteTheAttributeStartsWorse) {
   ASSERT_EQ(segment(out / "random", {"--iterations", "3", "--no-vote"}), 0);
   EXPECT_LT(summary(out / "vote", "segment")["cross_entropy"].get<double>(),
             0.5 * summary(out / "random", "segment")["cross_entropy"].get<double>());
+  // Noise that nothing is learnt from tells nothing.
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(segment(out / "noise", {"--iterations", "0", "--no-vote"}), 2);
+  const std::string said = testing::internal::GetCapturedStderr();
+  for (const char* word : {"--no-vote", "--iterations"}) EXPECT_NE(said.find(word), std::string::npos) << said;
   testing::internal::CaptureStdout();
   EXPECT_EQ(run_pliant({"segment", "--help"}), 0);
   const std::string help = testing::internal::GetCapturedStdout();

@@ -57,8 +57,7 @@ class BarRun : public ::testing::Test {
 
   /// `simulate` with these words, at 60 frames per second.
   int simulate(std::vector<std::string> words) const {
-    words.insert(words.begin(),
-                 {"simulate", run(), "--poisson", "0.3", "--density", "500", "--fps", "60", "--overwrite"});
+    words.insert(words.begin(), {"simulate", run(), "--poisson", "0.3", "--density", "500", "--fps", "60"});
     return run_quietly(words);
   }
   /// A file of interactions.

@@ -169,6 +169,27 @@ TEST_F(ExportTest, FramesOfAZUpSceneSaySo) {
   EXPECT_TRUE(report.z_is_up);
 }
 
+TEST_F(ExportTest, FramesThatSayOtherwiseHowTheyAreDrawnAreNotKept) {
+  GaussianCloud whole = background;
+  whole.append(object);
+  const auto marks = [&] {
+    ReadReport report;
+    read_ply(folder / "ply/frame_0001.ply", &report);
+    return std::pair(report.antialiased, report.z_is_up);
+  };
+  const std::vector<std::string> words = {"--ply-sequence", out(), "--every", "6"};
+  ASSERT_EQ(run(words), 0);
+  for (const auto& [antialiased, z_is_up] : {std::pair(true, false), {true, true}, {false, true}}) {
+    const auto before = marks();
+    write_ply(folder / "scene.ply", whole, antialiased, z_is_up);
+    EXPECT_EQ(run(words), 2);
+    EXPECT_EQ(marks(), before);
+    ASSERT_EQ(run({"--ply-sequence", out(), "--every", "6", "--overwrite"}), 0);
+    EXPECT_EQ(marks(), std::pair(antialiased, z_is_up));
+    EXPECT_EQ(run(words), 0);
+  }
+}
+
 TEST_F(ExportTest, OutputOfPhysGaussianThatIsReplacedLeavesNoFramesOfALongerMotion) {
   folder.file("pg/mine.txt", "keep");
   folder.file("pg/simulation_ply/sim_0000000007.ply", "of a longer motion");

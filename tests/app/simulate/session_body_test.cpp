@@ -93,8 +93,11 @@ TEST_F(SessionBody, AMotionOfAnotherMaterialOrScaleIsRefused) {
   write_young(2e5f);
   expect_error(Failure::kUsage, {"material", "replaced", "pliant simulate"}, [&] { setup(); });
   EXPECT_EQ(run_quietly({"export", run(), "--html", (folder_ / "clip.html").string()}), 2);
+  EXPECT_EQ(run_quietly({"export", run(), "--material", (folder_ / "replaced.ply").string()}), 2);
+  EXPECT_FALSE(fs::exists(folder_ / "replaced.ply"));
   write_text(file, simulated);
   EXPECT_EQ(setup().refused, "");
+  EXPECT_EQ(run_quietly({"export", run(), "--material", (folder_ / "simulated.ply").string()}), 0);
   json record = json::parse(read_text(folder_ / "run/run.json"));
   record["scene"]["metres_per_unit"] = 0.5;
   write_text(folder_ / "run/run.json", record.dump());

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/attach_scene.h"
+#include "app/simulate/simulate_stage.h"
 #include "app/simulate/simulated_body.h"
 #include "app/store/velocity.h"
 #include "tests/app/beam_scene.h"
@@ -54,8 +55,7 @@ TEST(SimulateStart, DiesAwayAsFastAsItsFileSaysOnAnyGrid) {
     ASSERT_EQ(run_quietly({"seed", out, "--particles", std::to_string(particles), "--no-pin-contact"}), 0);
     const auto simulated = [&](const char* file, std::vector<std::string> more = {}) {
       std::vector<std::string> words = {
-          "simulate", out,   "--velocity", (folder / file).string(), "--young", std::to_string(kYoung),
-          "--fps",    "120", "--overwrite"};
+          "simulate", out, "--velocity", (folder / file).string(), "--young", std::to_string(kYoung), "--fps", "120"};
       words.insert(words.end(), more.begin(), more.end());
       EXPECT_EQ(run_quietly(words), 0);
       return json::parse(read_text(fs::path(out) / "run.json"))["stages"]["simulate"]["summary"]["damping_time_s"]
@@ -89,6 +89,27 @@ TEST_F(SimulateBarStart, ASimulationThatFailsLeavesThePreviousOneWhole) {
   EXPECT_EQ(simulate({"--young", "2e5", "--interactions", script(json::array({json{{"type", "shove"}}}))}), 2);
   for (size_t k = 0; k < files.size(); ++k) EXPECT_EQ(read_text(files[k]), before[k]) << files[k];
   EXPECT_EQ(summary()["session"]["uniform"]["young"], 1e5);
+}
+
+TEST_F(SimulateBarStart, AFitThatAnUnfinishedOneIsToReplaceIsNotPassedOverUnasked) {
+  make(true);
+  json record = json::parse(read_text(folder_ / "run/run.json"));
+  const json fit = finished_stage(json::object(), {"fit/results.json", "objects/1_bar/material.h5"});
+  record["begun"]["fit"] = {{"outputs", fit["outputs"]},
+                            {"replaced", {{"record", fit}, {"moved", json::array()}, {"written", json::array()}}}};
+  write_text(folder_ / "run/run.json", record.dump());
+  const RunDirectory run = RunDirectory::open(folder_ / "run");
+  Scene scene = load_run_scene(run);
+  scene.settings.material.young = 1e5;
+  scene.settings.material.poisson = 0.3;
+  scene.settings.material.density = 500;
+  SimulateStage stage;
+  expect_error(Failure::kUsage, {"unfinished", "--no-fit"}, [&] { inputs_of(run, scene, stage); });
+  stage.use_fit = false;
+  EXPECT_NO_THROW(inputs_of(run, scene, stage));
+  stage.use_fit = true;
+  stage.material.young = 2e5;
+  EXPECT_NO_THROW(inputs_of(run, scene, stage));
 }
 
 // A solved rest shape is simulated on the Eulerian grid: the start dies away there as in a captured shape.

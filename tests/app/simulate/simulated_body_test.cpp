@@ -2,6 +2,9 @@
 
 #include "app/simulate/simulated_body.h"
 
+#include <cmath>
+
+#include "app/simulate/session_body.h"
 #include "tests/app/simulate/bar_run.h"
 
 namespace pliant {
@@ -98,8 +101,8 @@ TEST_F(SimulatedBar, SaysThatTheAutomaticPushComesTooLate) {
   std::filesystem::copy_file(folder_ / "scene.ply", object() / "object.ply");
   const auto said = [&](const char* duration) {
     testing::internal::CaptureStderr();
-    const int code = run_pliant({"simulate", run(), "--young", "1e6", "--poisson", "0.3", "--density", "500",
-                                 "--duration", duration, "--overwrite"});
+    const int code = run_pliant(
+        {"simulate", run(), "--young", "1e6", "--poisson", "0.3", "--density", "500", "--duration", duration});
     const std::string out = testing::internal::GetCapturedStderr();
     EXPECT_EQ(code, 0) << out;
     return out;
@@ -145,6 +148,9 @@ TEST_F(SimulatedBar, StaysWhereNothingHoldsOrStopsItUnlessThatIsAskedFor) {
   EXPECT_EQ(summary()["settle_displacement_m"], 0) << "not before the first frame";
   EXPECT_EQ(gravity({"--interactions", script(json::array())}), -9.81);
   EXPECT_EQ(summary()["settle_displacement_m"], 0);
+  const json weightless = {{"type", "gravity"}, {"acceleration", {0, 0, 0}}, {"duration", 0.1}};
+  EXPECT_EQ(gravity({"--interactions", script(json::array({weightless}))}), -9.81);
+  EXPECT_EQ(summary()["settle_displacement_m"], 0) << "nor under the gravity of later";
   const json ground = {{"type", "ground"}, {"point", {0, 0, -0.2}}};
   EXPECT_EQ(gravity({"--interactions", script(json::array({ground}))}), -9.81);
   EXPECT_GT(summary()["settle_displacement_m"], 0.01) << "there is something to fall on";
@@ -212,6 +218,45 @@ TEST_F(SimulatedBar, SlidesFarOverTheRestOfTheSceneWithoutSinking) {
   }
   EXPECT_GT(least, 0.32f) << "farther than its size";
   EXPECT_GT(lowest, -0.03f);
+}
+
+// The box is given in simulation space, where the Gaussians' box has the configuration's scale and lies about (1, 1,
+// 1).
+TEST_F(SimulatedBar, KeepsTheMaterialOfTheBoxesOfPhysGaussian) {
+  make(false);
+  GaussianCloud cloud;
+  cloud.sh_degree = 0;
+  cloud.resize(particles_.solid_position.size());
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    cloud.position[i] = particles_.solid_position[i];
+    cloud.log_scale[i] = Vec3f::Constant(std::log(0.01f));
+    cloud.rotation[i] = Vec4f(1, 0, 0, 0);
+    cloud.opacity_logit[i] = 4;
+  }
+  write_ply(object() / "object.ply", cloud);
+  const json config = {{"E", 1e5},
+                       {"nu", 0.3},
+                       {"density", 200},
+                       {"g", {0, 0, 0}},
+                       {"frame_dt", 0.02},
+                       {"frame_num", 1},
+                       {"additional_material_params",
+                        {{{"point", {0.5, 1, 1}}, {"size", {0.5, 1, 1}}, {"E", 4e5}, {"nu", 0.2}, {"density", 50}}}}};
+  const std::string file = folder_.file("config.json", config.dump()).string();
+  ASSERT_EQ(run_quietly({"simulate", run(), "--physgaussian", file}), 0);
+  const json session = summary()["session"];
+  EXPECT_FALSE(session.contains("uniform"));
+  EXPECT_EQ(session["material_file"], "objects/1_bar/material.h5");
+  const ElasticSamples solid = simulated_material(RunDirectory::open(run()), session, particles_.solid_position);
+  float middle = 0;
+  for (const Vec3f& x : particles_.solid_position)
+    middle += x.x() / static_cast<float>(particles_.solid_position.size());
+  for (size_t i = 0; i < solid.size(); ++i) {
+    const bool inside = particles_.solid_position[i].x() < middle;
+    EXPECT_EQ(solid.young[i], inside ? 4e5f : 1e5f);
+    EXPECT_EQ(solid.poisson[i], inside ? 0.2f : 0.3f);
+    EXPECT_EQ(solid.density[i], inside ? 50 : 200);
+  }
 }
 
 TEST_F(SimulatedBar, RefusesANegativePoissonsRatioBeforeAnythingRuns) {

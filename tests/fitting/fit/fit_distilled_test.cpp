@@ -113,7 +113,8 @@ TEST_F(FitDistilled, AGuideSeesInterleavedClipsOfTheFrames) {
   std::istringstream lines(read_text(folder / "work/seen.txt"));
   int steps = 0;
   for (std::string line; std::getline(lines, line); ++steps)
-    EXPECT_NE(line.find("\"shape\":[3,32,32,3]"), std::string::npos) << line;
+    for (const char* words : {"\"shape\":[3,32,32,3]", "\"fps\":12.0"})  // every other frame of 24 a second
+      EXPECT_NE(line.find(words), std::string::npos) << line;
   EXPECT_EQ(steps, 2 * 4);
 }
 
@@ -149,6 +150,8 @@ TEST_F(FitDistilled, ANetworkVariesWithinItsRangeAndGoesOnFromWhereItWasStopped)
   EXPECT_GT(seen.size(), motion.particles.size() / 10);
   EXPECT_EQ(fit_distilled(options, motion, drawn, 24, stopped(options)).motion.particles.young,
             whole.motion.particles.young);
+  options.seed = 1;
+  EXPECT_NE(fit_distilled(options, motion, drawn, 24, {}).motion.particles.young, whole.motion.particles.young);
 }
 
 TEST_F(FitDistilled, StoppedAndContinuedItGivesTheBitsOfTheWhole) {

@@ -222,6 +222,30 @@ TEST(FitGradient, TheWindowGrowsFromSixFramesToAll) {
   for (size_t k = 1; k < state.rows.size(); ++k) EXPECT_GE(state.rows[k].frames, state.rows[k - 1].frames);
 }
 
+TEST(FitGradient, OfNoisyLossesTheResultIsWhatTheLastStepLeadsTo) {
+  Problem problem(6);
+  const PartField field(problem.part, 1);
+  GradientFitOptions options;
+  options.growth = 0;
+  options.noisy = true;
+  const auto fit = [&](int iterations, GradientFitState state, int stop = 100) {
+    if (state.now.material.empty()) state.now.material = {0, 0};
+    options.iterations = iterations;
+    fit_gradient(options, problem.motion, problem.objective, {&field}, state,
+                 [&](const GradientFitState& s) { return static_cast<int>(s.rows.size()) != stop; });
+    return state;
+  };
+  const GradientFitState one = fit(1, {});
+  EXPECT_EQ(one.best.material, one.now.material);
+  EXPECT_NE(one.best.material, (std::vector<double>{0, 0}));
+  const GradientFitState whole = fit(2, {}), stopped = fit(2, {}, 1);
+  ASSERT_EQ(stopped.rows.size(), 1u);
+  EXPECT_EQ(whole.best.material, whole.now.material);
+  EXPECT_EQ(fit(2, stopped).best.material, whole.best.material);
+  // Stopped after the last step, it has nothing left to do.
+  EXPECT_EQ(fit(2, fit(2, {}, 2)).best.material, whole.best.material);
+}
+
 TEST(FitGradient, AStoppedFitContinuesToTheSameNumbersBitForBit) {
   Problem problem(6);
   const PartField material(problem.part, 1), velocity(problem.part, 3);

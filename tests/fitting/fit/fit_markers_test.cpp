@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "gaussians/base/error.h"
@@ -79,6 +80,44 @@ TEST(FitMarkers, FindsStiffnessDampingAndReleaseFromTenTimesWrongEitherWay) {
     EXPECT_GT(fit.sigma_log10_young, 0);
     EXPECT_LT(fit.sigma_log10_young, 0.005);
   }
+}
+
+TEST(FitMarkers, TheReleaseIsNotBeforeTheFirstRowHoweverEarlyTheMotionWantsIt) {
+  MarkerTracks tracks = recording(0);
+  // The first row is of a body at rest, soon after the release of the others.
+  const std::vector<Vec3d> rest = tracks.position[0];
+  const auto cut = [](auto& rows) { rows.erase(rows.begin(), rows.begin() + 13); };
+  cut(tracks.time);
+  cut(tracks.position);
+  cut(tracks.weight);
+  tracks.position[0] = rest;
+  MarkerFitOptions o = options();
+  o.release = tracks.time[0] + 0.005;
+  const MarkerFitResult fit = fit_markers(o, bar(kYoung), let_go(), tracks);
+  EXPECT_GE(fit.parameters.release, tracks.time[0]);
+  EXPECT_LT(fit.parameters.release, o.release);
+  // From there the rest can be predicted.
+  o.fit_young = o.fit_damping = o.fit_release = o.search = false;
+  o.release = tracks.time[0];
+  EXPECT_EQ(fit_markers(o, bar(kYoung), let_go(), tracks).markers, fit.markers);
+}
+
+// Of both as a distance for each place that was measured, gaps left out.
+TEST(FitMarkers, ACandidateOfTheSearchAndTheFitHaveErrorsOfOneKind) {
+  MarkerFitOptions o = options();
+  o.fit_damping = o.fit_release = false;
+  o.release = kRelease;
+  o.release_range = 0;
+  o.damping_time = kDamping;
+  o.max_iterations = 0;
+  MarkerTracks tracks = recording(2e-4);
+  for (size_t t = 22; t < 30; ++t) tracks.weight[t][0] = 0;
+  const MarkerFitResult fit = fit_markers(o, bar(kYoung), let_go(), tracks);
+  const auto last = std::ranges::min_element(
+      fit.search, {}, [&](const MarkerFitResult::Candidate& c) { return std::abs(std::log(c.young / fit.young)); });
+  ASSERT_NE(last, fit.search.end());
+  EXPECT_NEAR(last->young / fit.young, 1, 1e-9);
+  EXPECT_NEAR(last->rms / fit.rms, 1, 0.02);
 }
 
 TEST(FitMarkers, GoesOnFromWhereverItWasInterruptedAndEndsTheSame) {

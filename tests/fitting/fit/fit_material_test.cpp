@@ -185,6 +185,22 @@ TEST(FitMaterial, TheFactorIsThatOfWhatGradientsFoundToo) {
     ASSERT_NEAR(std::log10(fit.young[i] / guess.young[i]), fit.found.log10_factor, 1e-5);
 }
 
+TEST(FitMaterial, NetworksBeginByTheirSeed) {
+  const TwinStem twin;
+  MaterialFitOptions options;
+  const auto begun = [&](MaterialKind kind, uint64_t seed) {
+    options.kind = kind;
+    options.planes.seed = options.kan.seed = seed;
+    return gradient_fields(options, twin.particles, twin.pins).material->constant(std::vector<double>{0.0});
+  };
+  std::vector<MaterialKind> kinds = {MaterialKind::kKan};
+  if (has_triplane_fields()) kinds.push_back(MaterialKind::kTriplanes);
+  for (const MaterialKind kind : kinds) {
+    EXPECT_EQ(begun(kind, 1), begun(kind, 1));
+    EXPECT_NE(begun(kind, 1), begun(kind, 2));
+  }
+}
+
 TEST(FitMaterial, TriplanesGoOnFromTheBestConstantAndFromWhereTheyWereStopped) {
   if (!has_triplane_fields()) GTEST_SKIP() << "built without libtorch";
   const TwoParts twin;

@@ -9,6 +9,7 @@
 
 #include "gaussians/base/error.h"
 #include "tests/fitting/twin_stem.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -144,6 +145,17 @@ TEST(FitPhysDreamer, TheReleasedCodeMovesEInStepsOfItsCubeHoweverLargeEIs) {
   EXPECT_GT(usual, 0);
   EXPECT_LT(usual, PhysDreamerCode::kYoungStep * 0.162 * 0.162);
   EXPECT_NEAR(change(2 * 0.162) / usual, 4, 0.5);
+}
+
+TEST(FitPhysDreamer, FirstFramesInWhichNothingWasFollowedAreRefused) {
+  const TwinStem twin;
+  PointTracks seen = twin.film(twin.pins, twin.kicked(0.5), true, 8).tracks();
+  for (size_t f = 0; f < 4; ++f) seen.weight[f].assign(seen.rest.size(), 0.0);
+  MaterialFitOptions options = recipe(MaterialKind::kUniform, 1);
+  options.vibration.search.first = 0;
+  expect_error(Failure::kInput, {"video", "no followed point", "--video-mask", "--start"}, [&] {
+    fit_physdreamer(options, twin.particles, twin.pins, TrackLoss<float>(seen, twin.drivers, 1, 2), twin.fps);
+  });
 }
 
 TEST(FitPhysDreamer, AVideoOfThreeFramesIsRefused) {

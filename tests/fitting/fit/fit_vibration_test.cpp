@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 
 #include "fitting/fields/part_field.h"
 #include "gaussians/base/error.h"
@@ -193,6 +195,11 @@ TEST(FitVibration, AMinimumThatCannotBeSimulatedIsPassedOver) {
   EXPECT_NE(said.find("cannot be simulated"), std::string::npos);
   EXPECT_EQ(others.candidate_factor, std::vector<double>(all.candidate_factor.begin() + 1, all.candidate_factor.end()));
   EXPECT_EQ(fit(1, last).start.v, others.start.v) << "and when it goes on";
+  // The periods are those of the minimum that was refined; the first of the others is the second one.
+  const std::vector<double>& rms = others.candidate_rms;
+  const auto refined = static_cast<size_t>(1 + (std::min_element(rms.begin(), rms.end()) - rms.begin()));
+  EXPECT_EQ(others.search.periods, others.search.minima.at(refined).periods);
+  EXPECT_NE(others.search.periods, others.search.minima[0].periods);
   expect_error(Failure::kNumerical, {"is unstable"}, [&] { fit(1000); });
 }
 

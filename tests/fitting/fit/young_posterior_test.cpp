@@ -70,6 +70,25 @@ TEST(YoungPosterior, OfOneStiffnessCoversTheErrorsOfRepeatedMeasurements) {
       Error);
 }
 
+// As of a part whose stiffness has stopped at its bound.
+TEST(YoungPosterior, AParameterOfInfiniteVarianceLeavesOpenOnlyWhatDependsOnIt) {
+  const double decade = std::log(10.0);
+  Eigen::MatrixXd by(3, 3), covariance = Eigen::MatrixXd::Zero(3, 3);
+  by << 1, 1, 0, 1, 0, 1, 1, 0, 0;  // a common factor, and that of a part
+  covariance.diagonal() << 0.04, 0.09, INFINITY;
+  const YoungPosterior open = young_posterior(by, covariance);
+  ASSERT_EQ(open.young_sigma.size(), 3u);
+  EXPECT_NEAR(open.young_sigma[0], std::sqrt(0.13) / decade, 1e-12);
+  EXPECT_EQ(open.young_sigma[1], INFINITY);
+  EXPECT_NEAR(open.young_sigma[2], 0.2 / decade, 1e-12);
+  EXPECT_EQ(open.log10_sigma, INFINITY);
+  const std::vector<double> prior = {9, 9, 0.5};
+  const YoungPosterior expected = young_posterior(by, with_prior_where_infinite(covariance, prior));
+  EXPECT_NEAR(expected.young_sigma[0], open.young_sigma[0], 1e-12);
+  EXPECT_NEAR(expected.young_sigma[1], std::sqrt(0.04 + 0.25) / decade, 1e-12);
+  EXPECT_NEAR(expected.log10_sigma, std::sqrt(0.04 + (0.09 + 0.25) / 9) / decade, 1e-12);
+}
+
 TEST(YoungPosterior, GoesOnFromWhereItWasInterrupted) {
   const TwinStem twin;
   const SimulationState start = twin.kicked(0.5);

@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "tests/fitting/twin_stem.h"
 
 namespace pliant {
@@ -34,6 +37,22 @@ TEST(ModalSearch, ReachesBeyondItsRangeWhileTheBestIsAtItsEnd) {
     EXPECT_EQ(far.end, 0);
     EXPECT_NEAR(far.minima[0].log10_factor + std::log10(wrong), near.minima[0].log10_factor, 0.04);
     EXPECT_EQ(far.first_frame, near.first_frame);
+  }
+}
+
+TEST(ModalSearch, EveryMinimumKnowsThePeriodsOfItsStrongestMode) {
+  const TwinStem twin;
+  const ModalSearch found = search(twin, twin.pushed(true, 0.02, 40), 1);
+  EXPECT_EQ(found.periods, found.minima[0].periods);
+  const double seconds = (40 - found.first_frame) / twin.fps;
+  for (const ModalMotion& minimum : found.minima) {
+    double strongest = 0, omega = 0;
+    for (size_t k = 0; k < minimum.omega.size(); ++k)
+      if (const double size = std::hypot(minimum.cosine[k], minimum.sine[k]); size > strongest) {
+        strongest = size;
+        omega = minimum.omega[k];
+      }
+    EXPECT_NEAR(minimum.periods, seconds * omega / (2 * std::numbers::pi), 1e-9);
   }
 }
 

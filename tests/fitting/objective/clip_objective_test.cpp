@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "fitting/fields/part_field.h"
@@ -106,7 +107,7 @@ TEST(ClipObjective, WhatIsCutAwayDoesNotCount) {
     for (int x = 20; x < 41; ++x) weight(x, y) = 0.5f + 0.01f * static_cast<float>(x);
   SeenFrames<float> whole = filmed.seen;
   whole.weight = {weight};
-  const SeenFrames<float> part = cut_to_weight(filmed.camera, filmed.seen.frames, weight);
+  const SeenFrames<float> part = cut_to_weight(filmed.camera, filmed.seen.frames, {&weight, 1});
   EXPECT_EQ(part.camera.width, 21 + 12);
   EXPECT_EQ(part.camera.height, 12 + 12);
   Objective<float> a, b;
@@ -122,7 +123,51 @@ TEST(ClipObjective, WhatIsCutAwayDoesNotCount) {
     difference += std::abs(by_a.by.young[i] - by_b.by.young[i]);
   }
   EXPECT_LT(difference, 1e-3 * size);
-  EXPECT_THROW(cut_to_weight(filmed.camera, filmed.seen.frames, ImageF(64, 56, 1, 0.0f)), Error);
+  const ImageF none(64, 56, 1, 0.0f);
+  EXPECT_THROW(cut_to_weight(filmed.camera, filmed.seen.frames, {&none, 1}), Error);
+}
+
+TEST(ClipObjective, WhatAFrameHidesIsLeftOutOfThatFrameAlone) {
+  constexpr int kDark = 3, kHalf = 5;  // frames, hidden wholly and in their upper half
+  Filmed filmed;
+  const auto hidden = [](int frame, int y) { return frame == kDark || (frame == kHalf && y < 28); };
+  std::vector<ImageF> weight(kFrames + 1, ImageF(64, 56, 1, 0.0f));
+  for (int f = 0; f <= kFrames; ++f)
+    for (int y = 10; y < 46; ++y)
+      for (int x = 12; x < 52; ++x) weight[f](x, y) = !hidden(f, y);
+  // Every other frame of the roll-out shows one of the video.
+  filmed.motion.options.simulate.fps *= 2;
+  filmed.motion.options.simulate.substeps /= 2;
+  filmed.frames.every = 2;
+  filmed.terms.picture_weight = 1;
+  filmed.terms.picture.photometric = {1, 0};
+  const auto loss_with_other = [&](int frame) {
+    std::vector<ImageF> pictures = filmed.seen.frames;
+    for (int y = 0; y < 56 && frame >= 0; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < 3; ++c) pictures[frame](x, y, c) += y < 28 ? 1.0f : 0.0f;
+    filmed.terms.seen = {cut_to_weight(filmed.camera, pictures, weight)};
+    return motion_loss(filmed.motion, clip_objective(filmed.terms, nullptr, filmed.frames));
+  };
+  const double clean = loss_with_other(-1);
+  for (const int frame : {kDark, kHalf}) EXPECT_NEAR(loss_with_other(frame), clean, 1e-9) << frame;
+  EXPECT_GT(loss_with_other(kHalf - 1), clean + 0.01);
+
+  const SeenFrames<float> seen = cut_to_weight(filmed.camera, filmed.seen.frames, weight);
+  for (int f = 0; f <= kFrames; ++f) EXPECT_EQ(seen.frames[f].empty(), f == kDark) << f;
+  const SeenFlow<float> flow = flow_of_clip(seen, {0, kFrames, 0, 1, 100});
+  EXPECT_EQ(flow.pairs.size(), kFrames - 2u);
+  const int upper = 28 - (56 - seen.camera.height) / 2;  // rows of the cut
+  for (const auto& pair : flow.pairs) {
+    EXPECT_TRUE(pair.from != kDark && pair.to != kDark);
+    float most = 0;
+    for (int y = 0; y < upper; ++y)
+      for (int x = 0; x < seen.camera.width; ++x) most = std::max(most, pair.weight(x, y));
+    EXPECT_EQ(most > 0, pair.from != kHalf && pair.to != kHalf) << pair.from;
+  }
+  for (ImageF& w : weight) w.data.assign(w.data.size(), 0.0f);
+  expect_error(Failure::kInput, {"video", "--video-mask"},
+               [&] { cut_to_weight(filmed.camera, filmed.seen.frames, weight); });
 }
 
 TEST(ClipObjective, FlowOfFilmedFramesIsWhatIsDrawn) {

@@ -4,6 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "gaussians/base/random.h"
+#include "physics/body/driving_particles.h"
 #include "physics/body/surface_elements.h"
 #include "tests/check_adjoint.h"
 #include "tests/physics/shapes.h"
@@ -78,6 +83,43 @@ TEST(SurfaceElements, OfABallSumToItsAreaPointOutwardAndClose) {
   EXPECT_NEAR(outward / (4 * 3.14159265 * radius * radius), 1, 0.12);
   EXPECT_NEAR(area / outward, 1, 0.25);  // the rest is noise of the particles' places
   EXPECT_LT(sum.norm(), 0.02 * area);
+}
+
+/// Area of the elements over that of the upper face of a sheet [0, width]^2, between the outermost three cells.
+double share_of_face(const BasicParticles<double>& sheet, double dx, double width) {
+  const auto elements = surface_elements(sheet, dx);
+  double up = 0;
+  for (size_t i = 0; i < elements.size(); ++i) {
+    const Vec3d& x = sheet.position[i];
+    if (std::min({x.x(), x.y(), width - x.x(), width - x.y()}) > 3 * dx) up += std::max(0.0, elements[i].z());
+  }
+  const double inner = width - 6 * dx;
+  return up / (inner * inner);
+}
+
+// Whatever the thickness and wherever the nodes lie.
+TEST(SurfaceElements, OfAPlateSumToTheAreaOfEachFace) {
+  constexpr double dx = 0.01, width = 0.16;
+  const auto mean_of = [&](BasicParticles<double> sheet) {
+    double sum = 0;
+    for (int k = 0; k < 4; ++k) {
+      sum += share_of_face(sheet, dx, width) / 4;
+      for (Vec3d& x : sheet.position) x.z() += dx / 4;
+    }
+    return sum;
+  };
+  for (const double cells : {1.0, 1.5, 2.0, 3.0, 4.0}) {
+    const double share = mean_of(fixture::block<double>({width, width, cells * dx}, dx, 0.5));
+    EXPECT_NEAR(share, 1, 0.1) << cells << " cells";
+  }
+  // Drivers of a leaf: in two layers whose variance is that of the thickness that is simulated.
+  auto leaf = fixture::block<double>({width, width, 0.5 * dx}, dx, 0.5);
+  for (size_t i = 0; i < leaf.size(); ++i) {
+    const double side = Random(3, i).uniform() < 0.5 ? -1 : 1;
+    leaf.position[i].z() = side * kThinCells * dx / std::sqrt(12.0);
+    leaf.volume[i] *= kThinCells / 0.5;
+  }
+  EXPECT_NEAR(mean_of(leaf), 1, 0.1);
 }
 
 TEST(ThinParts, AreThoseOfLessThanThreeCells) {

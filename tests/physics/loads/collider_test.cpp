@@ -59,6 +59,42 @@ TEST(Collider, NormalsAreTheGradientsOfTheDistances) {
   }
 }
 
+// L = a . normal + b . velocity of the surface; near edges of the distance field differences say nothing.
+TEST(Collider, TheAdjointOfTheSurfaceAgreesWithDifferences) {
+  std::vector<Collider> colliders(6);
+  colliders[0].shape = Region::sphere(Vec3d(0.1, 0, 0), 0.4);
+  colliders[1].shape = Region::box(Vec3d(-0.3, -0.2, -0.1), Vec3d(0.4, 0.2, 0.3));
+  colliders[2].shape = Region::cylinder(Vec3d(0.1, 0.2, 0), Vec3d(0.5, -0.3, 0.4), 0.3);
+  colliders[3].shape = Region::half_space(Vec3d(0, 0.1, 0), Vec3d(1, 2, 3));
+  colliders[4] = colliders[2];
+  colliders[4].container = true;
+  colliders[5].grid = std::make_shared<SignedDistanceGrid>(sphere_grid(0.3, 0.2, 6));
+  const Vec3d a(0.7, -1.1, 0.4), b(0.2, 0.5, -0.9);
+  for (Collider& collider : colliders) {
+    collider.angular_velocity = Vec3d(0.3, 2, -1);
+    collider.move(Vec3d(0.1, 0.1, 0), Vec3d(0.05, 0, 0.02), 0.7);
+    int checked = 0;
+    for (int i = 0; i < 400; ++i) {
+      Random random(15, i);
+      const Vec3d x(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      const auto value = [&](const Vec3d& at) {
+        return a.dot(collider.surface(at).normal) + b.dot(collider.velocity_at(at));
+      };
+      const auto slope = [&](double h) {
+        Vec3d by;
+        for (int k = 0; k < 3; ++k) by[k] = (value(x + h * Vec3d::Unit(k)) - value(x - h * Vec3d::Unit(k))) / (2 * h);
+        return by;
+      };
+      const Vec3d fine = slope(1e-5), coarse = slope(2e-5);
+      if ((fine - coarse).norm() > 1e-5 * (1 + fine.norm())) continue;
+      ++checked;
+      EXPECT_LT((collider.surface_adjoint(x, a, b) - fine).norm(), 1e-5 * (1 + fine.norm()))
+          << &collider - colliders.data() << ": " << x.transpose();
+    }
+    EXPECT_GT(checked, 300) << &collider - colliders.data();
+  }
+}
+
 TEST(Collider, ASampledDistanceIsThatOfTheShapeItWasMadeFrom) {
   const SignedDistanceGrid grid = sphere_grid(0.3, 0.05, 21);
   double worst = 0, turned = 0;
@@ -128,9 +164,17 @@ TEST(NodeConditions, TheAdjointAgreesWithDifferences) {
   const auto original = fixture.node;
   std::vector<double> x;
   for (const auto& node : original) x.insert(x.end(), node.lane, node.lane + 3);
+  // And displacements in centimeters, with which normals and velocities of the surfaces change.
+  const size_t numbers = x.size();
+  std::array<Node<double>, BlockGrid::kNodes> displacement{};
+  fixture.block.displacement = displacement.data();
+  x.resize(2 * numbers, 0.0);
   const auto set = [&](const std::vector<double>& values) {
     fixture.node = original;
-    for (size_t i = 0; i < values.size(); ++i) fixture.node[i / 3].lane[i % 3] = values[i];
+    for (size_t i = 0; i < numbers; ++i) {
+      fixture.node[i / 3].lane[i % 3] = values[i];
+      displacement[i / 3].lane[i % 3] = 0.01 * values[numbers + i];
+    }
   };
   AdjointCheckOptions options;
   options.step = 1e-4;
@@ -147,9 +191,13 @@ TEST(NodeConditions, TheAdjointAgreesWithDifferences) {
         set(values);
         std::array<Node<double>, BlockGrid::kNodes> adj{};
         for (size_t i = 0; i < adj_y.size(); ++i) adj[i / 3].lane[i % 3] = adj_y[i];
-        apply_node_conditions_adjoint(fixture.loads, fixture.block, adj.data());
+        std::array<Vec3d, BlockGrid::kNodes> by_displacement;
+        by_displacement.fill(Vec3d::Zero());
+        apply_node_conditions_adjoint(fixture.loads, fixture.block, adj.data(), by_displacement.data());
         std::vector<double> out;
         for (const auto& node : adj) out.insert(out.end(), node.lane, node.lane + 3);
+        for (const Vec3d& by : by_displacement)
+          for (int a = 0; a < 3; ++a) out.push_back(0.01 * by[a]);
         return out;
       },
       x, options);

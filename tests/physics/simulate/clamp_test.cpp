@@ -77,6 +77,22 @@ TEST(Clamp, AThinCylinderHoldsWhatABoxOfItsHeightHolds) {
   }
 }
 
+// Springs of a pin are as stiff as the material is; E and nu of a fluid with a bulk modulus of its own say nothing.
+TEST(Clamp, HoldsAFluidWithAnySmallBulkModulusStably) {
+  auto p = fixture::block<float>({0.04, 0.04, 0.08}, 0.01, 1.0, 1e7, 0.3, 1000);
+  p.materials[0].law = Law::kFluid;
+  p.materials[0].bulk_modulus = 1e4;
+  Interaction pin;
+  pin.type = InteractionType::kPin;
+  pin.region = Region::half_space(Vec3d(0, 0, 0.03), Vec3d::UnitZ());
+  SimulateOptions options;
+  options.fps = 100;
+  options.duration = 0.05;
+  const auto summary = simulate<float>(options, p, {pin}, initial_state(p)).summary;
+  EXPECT_EQ(summary.retries, 0);
+  EXPECT_LT(summary.max_displacement, 0.08);
+}
+
 /// Sag [m] at rest of the outermost half of a cell of a beam along x of kSlender times its height.
 constexpr int kCells = 4;
 constexpr double kSlender = 6, kShearFactor = 0.85;  // Cowper 1966, nu = .3

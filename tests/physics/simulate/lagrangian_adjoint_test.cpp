@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
+
 #include "tests/check_adjoint.h"
 #include "tests/physics/simulate/adjoint_rollout_case.h"
 
@@ -21,8 +23,13 @@ Case lagrangian_block(double cells = 2.5) {
 
 void expect_lagrangian_gradient(const Case& c) {
   const RolloutGradient<double> gradient = c.gradient();
+  const bool collider = std::any_of(c.interactions.begin(), c.interactions.end(), [](const Interaction& it) {
+    return it.type == InteractionType::kCollider;  // `vector` is its velocity, by which there is no derivative
+  });
   for (const auto& [kind, name] : fixture::kInputs) {
-    const bool off = kind == Input::kDamping && !(c.options.simulate.viscosity_time > 0);  // at the end of its range
+    const bool off =
+        (kind == Input::kDamping && !(c.options.simulate.viscosity_time > 0)) ||  // at the end of its range
+        (kind == Input::kForces && collider);
     if (off || c.get(kind).empty()) continue;
     AdjointCheckOptions options;
     options.step = 1e-5;
@@ -47,6 +54,42 @@ Case without_viscosity(Case c) {
   return c;
 }
 
+/// Two blocks of two cells that are pushed into each other; at rest the second one begins `begin` cells from where the
+/// first one does.
+Case meeting_blocks(double begin) {
+  Case c = lagrangian_block(2);
+  const size_t one = c.particles.size();
+  const double dx = c.particles.cell_size;
+  const auto append = [&](auto& values) { values.insert(values.end(), values.begin(), values.begin() + one); };
+  append(c.particles.position);
+  for (auto* values : {&c.particles.volume, &c.particles.mass, &c.particles.young, &c.particles.poisson})
+    append(*values);
+  append(c.particles.material_index);
+  append(c.start.x);
+  append(c.start.v);
+  append(c.start.C);
+  append(c.start.F);
+  const Vec3d shift(begin * dx, 0.2 * dx, 0.1 * dx);
+  for (size_t i = one; i < 2 * one; ++i) {
+    c.particles.position[i] += shift;
+    c.start.x[i] += Vec3d(2.3 * dx, 0.2 * dx, 0.1 * dx);
+    c.start.v[i] += Vec3d(-1, 0.3, 0);
+  }
+  return c;
+}
+
+BasicSimulationState<double> end_of(const Case& c) {
+  return rollout(c.options, c.particles, c.interactions, c.start).frames.back();
+}
+
+void expect_gradient_in_contact(Case c) {
+  c.options.simulate.object_friction = 0;
+  const Vec3d smooth = end_of(c).x[0];
+  c.options.simulate.object_friction = 0.3;
+  ASSERT_GT((end_of(c).x[0] - smooth).norm(), 1e-6) << "they touch";
+  expect_lagrangian_gradient(c);
+}
+
 }  // namespace
 
 TEST(LagrangianAdjoint, OfOneLawWithoutViscosityAgreeWithDifferences) {
@@ -65,35 +108,46 @@ TEST(LagrangianAdjoint, OfThreeLawsWithViscositySideBySideAgreeWithDifferences) 
   expect_lagrangian_gradient(c);
 }
 
-// Two bodies that are pushed into each other, with friction.
 TEST(LagrangianAdjoint, SixtySubstepsInContactAgreeWithDifferences) {
-  Case c = lagrangian_block(2);
-  const size_t one = c.particles.size();
-  const double dx = c.particles.cell_size;
-  const auto append = [&](auto& values) { values.insert(values.end(), values.begin(), values.begin() + one); };
-  append(c.particles.position);
-  for (auto* values : {&c.particles.volume, &c.particles.mass, &c.particles.young, &c.particles.poisson})
-    append(*values);
-  append(c.particles.material_index);
-  append(c.start.x);
-  append(c.start.v);
-  append(c.start.C);
-  append(c.start.F);
-  for (size_t i = 0; i < 2 * one; ++i) c.particles.object.push_back(i >= one);
-  const Vec3d shift(3 * dx, 0.2 * dx, 0.1 * dx);
-  for (size_t i = one; i < 2 * one; ++i) {
-    c.particles.position[i] += shift;
-    c.start.x[i] += Vec3d(2.3 * dx, 0.2 * dx, 0.1 * dx);
-    c.start.v[i] += Vec3d(-1, 0.3, 0);
+  Case c = meeting_blocks(3);
+  for (size_t i = 0; i < c.particles.size(); ++i) c.particles.object.push_back(2 * i >= c.particles.size());
+  expect_gradient_in_contact(c);
+}
+
+// Parts of one body, 0.3 cells apart, that no link joins: they have nodes of their own at the same places.
+TEST(LagrangianAdjoint, OfLinkedPartsInContactAgreeWithDifferences) {
+  Case c = meeting_blocks(2.3);
+  const int n = static_cast<int>(c.particles.size());
+  const Vec3d common = end_of(c).x[0];
+  for (int i = 0; i < n; ++i)
+    for (int k = i + 1; k < n; ++k)
+      if ((2 * i >= n) == (2 * k >= n) &&
+          (c.particles.position[i] - c.particles.position[k]).norm() < c.particles.cell_size)
+        c.particles.links.push_back({i, k});
+  ASSERT_GT((end_of(c).x[0] - common).norm(), 1e-4) << "without links they share nodes";
+  expect_gradient_in_contact(c);
+}
+
+// Nodes move along the surfaces, with which normals and the velocity of what turns change.
+TEST(LagrangianAdjoint, OnCurvedAndTurningCollidersAgreeWithDifferences) {
+  for (const bool turns : {false, true}) {
+    Case c = lagrangian_block(2);
+    Interaction obstacle;
+    obstacle.type = InteractionType::kCollider;
+    obstacle.friction = 0.3;
+    obstacle.region = Region::sphere(Vec3d(0.008, 0.011, -0.03), 0.03);
+    if (turns) {
+      obstacle.contact = ContactKind::kSlip;
+      obstacle.region = Region::cylinder(Vec3d(-0.1, 0.011, -0.03), Vec3d(0.1, 0.011, -0.03), 0.03);
+      obstacle.angular_velocity = Vec3d(-20, 3, 5);
+      obstacle.pivot = Vec3d(0, 0.011, -0.03);
+    }
+    for (Vec3d& v : c.start.v) v += Vec3d(0.5, 0.2, -0.6);
+    const Vec3d free = end_of(c).x[0];
+    c.interactions.push_back(obstacle);
+    ASSERT_GT((end_of(c).x[0] - free).norm(), 1e-4) << "they touch";
+    expect_lagrangian_gradient(c);
   }
-  const auto last = [&](double friction) {
-    Case other = c;
-    other.options.simulate.object_friction = friction;
-    return rollout(other.options, other.particles, other.interactions, other.start).frames.back();
-  };
-  ASSERT_GT((last(0.3).x[0] - last(0).x[0]).norm(), 1e-6) << "they touch";
-  c.options.simulate.object_friction = 0.3;
-  expect_lagrangian_gradient(c);
 }
 
 TEST(LagrangianAdjoint, EqualBitForBitForAnyNumberOfThreadsAndForRecomputedSubsteps) {

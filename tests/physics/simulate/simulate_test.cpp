@@ -86,6 +86,23 @@ TEST(Simulate, RestStaysAtRest) {
   EXPECT_EQ(simulate<double>(weightless, particles, {}, initial_state(particles)).summary.max_displacement, 0);
 }
 
+TEST(Simulate, APinnedBodySettlesUnderItsGravityWhereItsLawFlows) {
+  auto particles = fixture::block<double>({0.03, 0.03, 0.08}, 0.01);
+  SimulateOptions options = options_of(30, 0);
+  options.settle_time = 0.03;
+  for (const Law law : {Law::kNeoHookean, Law::kViscoelastic, Law::kSand, Law::kMetal}) {
+    Material& material = particles.materials[0];
+    material.law = law;
+    material.yield_stress = 1e5;
+    material.branch_shear = material.branch_lambda = 1e3;
+    material.branch_viscosity = 1e2;
+    const auto summary = simulate<double>(options, particles, {pin_below(0.02)}, initial_state(particles)).summary;
+    const bool holds = law == Law::kNeoHookean || law == Law::kViscoelastic;
+    EXPECT_EQ(summary.gravity_cancelled, holds) << law_name(law);
+    EXPECT_EQ(summary.settle_displacement == 0, holds) << law_name(law);
+  }
+}
+
 TEST(Simulate, PinnedNodesHoldAndAReleasedPinFalls) {
   const auto particles = fixture::block<double>({0.03, 0.03, 0.09}, 0.01);
   std::vector<State> states;

@@ -104,7 +104,7 @@ TEST_F(JointTraining, LabelsHeldOutPhotosAndKeepsThePictures) {
   joint.measure();
   EXPECT_GT(joint.state().curve[0].psnr, alone.state().curve[0].psnr - 0.5);
 
-  const Segmentation segmentation = term.segmentation(joint.state(), cameras_of(photos_), {});
+  const Segmentation segmentation = term.result(joint.state(), cameras_of(photos_), {}).segmentation;
   ASSERT_EQ(segmentation.label.size(), joint.state().cloud.size());
   EXPECT_EQ(segmentation.class_id, (std::vector<uint32_t>{kLeft, kRight}));
   std::vector<IdImage> predicted, truth;
@@ -113,6 +113,40 @@ TEST_F(JointTraining, LabelsHeldOutPhotosAndKeepsThePictures) {
     truth.push_back(masks_.views[i].ids);
   }
   EXPECT_GT(id_agreement(predicted, truth).mean, 0.9);
+}
+
+TEST(JointTerm, WhatNoPixelWithAnIdShowsTakesTheLabelOfItsNeighbours) {
+  // Three bodies side by side, of four balls each.  The third, beside the second, is always under ID 0.
+  constexpr int kEach = 4;
+  const float place[] = {-1, 0, 0.6f};
+  TrainingState state;
+  state.cloud.resize(3 * kEach);
+  state.attribute.assign(3 * kEach * kSemanticChannels, 0.0f);
+  for (int i = 0; i < 3 * kEach; ++i) {
+    const int body = i / kEach;
+    state.cloud.position[i] = Vec3f(place[body], 0.15f * (static_cast<float>(i % kEach) - 1.5f), 0);
+    state.cloud.log_scale[i].setConstant(std::log(0.05f));
+    state.cloud.opacity_logit[i] = 3;
+    state.attribute[i * kSemanticChannels + (body == 1)] = 1;  // the third one's is that of the first, by chance
+  }
+  state.shared.assign(2 * (kSemanticChannels + 1), 0.0f);
+  state.shared[0] = state.shared[kSemanticChannels + 1] = 10;
+  const Camera camera = look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 120, 60, 120);
+  IdImage ids(camera.width, camera.height, 1, 0);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Vec3d eye = camera.centre(), ray = camera.ray(x + 0.5, y + 0.5);
+      const double along_x = eye.x() - eye.z() / ray.z() * ray.x();
+      ids(x, y) = along_x < -0.5 ? kLeft : along_x < 0.3 ? kRight : 0;
+    }
+  MaskSet masks;
+  masks.views.push_back({0, ids});
+  const JointResult result = JointTerm({}, masks).result(state, {camera}, {});
+  for (int i = 0; i < 3 * kEach; ++i) {
+    EXPECT_EQ(result.segmentation.label[i], i < kEach ? kLeft : kRight) << i;
+    EXPECT_EQ(result.segmentation.seen[i], i < 2 * kEach) << i;
+  }
+  EXPECT_NEAR(result.unlabelled, 1 / 3.0, 0.02);
 }
 
 TEST_F(JointTraining, NeverLooksAtMasksThatAreHeldOut) {

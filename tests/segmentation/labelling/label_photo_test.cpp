@@ -95,6 +95,13 @@ TEST(LabelPhoto, TagsThatAClosedDetectorDoesNotKnowAreLeftOut) {
   tagger.tags = {{"sky", 0.9f}, {"Balls", 0.8f}};
   label_photo({}, {&tagger, &detector, &segmenter}, kPicture);
   EXPECT_EQ(detector.asked, std::vector<std::string>{"ball"});
+
+  // Where none is left nothing is looked for.
+  tagger.tags.pop_back();
+  const LabelledPhoto photo = label_photo({}, {&tagger, &detector, &segmenter}, kPicture);
+  EXPECT_EQ(detector.asked, std::vector<std::string>{"ball"});
+  EXPECT_TRUE(photo.things.empty());
+  EXPECT_EQ(photo.ids.data, IdImage(kPhotoWidth, kPhotoHeight, 1).data);
 }
 
 TEST(LabelPhoto, TextBecomesTheNearestNameOfAClosedDetector) {

@@ -261,6 +261,20 @@ TEST(MaskSet, MasksMayCarryTheNameOfThePhotoWithItsExtension) {
   EXPECT_EQ(load_masks(folder.path(), "", one).ids(), std::vector<uint32_t>{5});
 }
 
+TEST(MaskSet, MuchOrAllThatHasNoLabelOfItsOwnIsToldUnlessTheBackgroundIsAnObject) {
+  EXPECT_NE(warning_of_zero({"ball"}, 0).find("one ID"), std::string::npos);
+  EXPECT_EQ(warning_of_zero({"ball", "table"}, 0.25), "");
+  EXPECT_EQ(warning_of_zero({"ball", "table"}, 0.4).rfind("40 % of what the photos show has no label", 0), 0u);
+  EXPECT_EQ(warning_of_zero({"ball", "background"}, 0.4), "");
+}
+
+TEST(MaskSet, NamesAmongTheMasksAreTheirs) {
+  TemporaryFolder folder;
+  EXPECT_EQ(labels_of(folder.path(), "elsewhere.json"), "elsewhere.json");
+  const auto beside = folder.file("labels.json", "{}");
+  EXPECT_EQ(labels_of(folder.path(), "elsewhere.json"), beside);
+}
+
 TEST(MaskSet, ZeroAsBackgroundIsAnObjectOfItsOwn) {
   TemporaryFolder folder;
   write_ids(folder / "photo0.png", picture(7));

@@ -76,3 +76,13 @@ TEST(TagList, AThresholdThatIsNoShareIsRefused) {
   expect_error(Failure::kInput, {"ram.txt", "line 2", "'high'"},
                [&] { TagList::read(folder.file("ram.txt", "a\nb\thigh\n")); });
 }
+
+TEST(TagList, ANameThatIsNotUtf8IsRefused) {
+  TemporaryFolder folder;
+  expect_error(Failure::kInput, {"ram.txt", "line 3", "is not UTF-8"}, [&] {
+    TagList::read(folder.file("ram.txt",
+                              "rose\n\nk\xe4"
+                              "se\t0.5\n"));
+  });
+  EXPECT_EQ(TagList::read(folder.file("ram.txt", "k\xc3\xa4se\n")).names, std::vector<std::string>{"k\xc3\xa4se"});
+}

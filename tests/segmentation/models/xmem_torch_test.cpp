@@ -146,6 +146,16 @@ TEST(XmemTorch, DetectionsCorrectWhatTheyLieOnAndTheOthersAreFollowedFromThenOn)
   }
 }
 
+TEST(XmemTorch, ADetectionOfAPartOfAThingIsAThingOfItsOwnAndLeavesTheRest) {
+  TemporaryFolder folder;
+  Xmem tracker = made_xmem(folder);
+  IdImage truth, part(kWidth, kHeight, 1);
+  tracker.start(picture_of({{kRed, 0, 0, 1, 0, 0}}, truth), truth);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) truth(x, y) = part(x, y) = 12;
+  EXPECT_EQ(tracker.add(part).ids.data, truth.data);
+}
+
 TEST(XmemTorch, EveryInputOfEveryNetworkReachesTheIds) {
   TemporaryFolder folder;
   Xmem tracker = made_xmem(folder, kNumbers);

@@ -8,85 +8,13 @@
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/io/splats/sog.h"
 #include "gaussians/io/splats/splats.h"
-#include "tests/gaussians/format_files.h"
+#include "tests/gaussians/sog_files.h"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace pliant {
 namespace {
-
-/// A codebook of 256 values from low to high.
-json codebook(double low, double high) {
-  json values = json::array();
-  for (int k = 0; k < 256; ++k) values.push_back(low + (high - low) * k / 255);
-  return values;
-}
-
-uint8_t place(double value, double low, double high) {
-  return static_cast<uint8_t>(std::lround(255 * (value - low) / (high - low)));
-}
-
-double log_of(double x) { return std::copysign(std::log1p(std::abs(x)), x); }
-
-/// The files of a SOG of the cloud, one palette entry for each Gaussian.
-Entries sog_files(const GaussianCloud& cloud) {
-  const int n = static_cast<int>(cloud.size()), width = 8, height = (n + width - 1) / width;
-  const Box box = cloud.bounds();
-  std::vector<uint8_t> low(4 * width * height, 255), high = low, quats = low, scales = low, sh0 = low, labels = low;
-  json meta = {{"version", 2}, {"count", n}};
-  for (int k = 0; k < 3; ++k) {
-    meta["means"]["mins"].push_back(log_of(box.low[k]));
-    meta["means"]["maxs"].push_back(log_of(box.high[k]));
-  }
-  const int rest = cloud.sh_count() - 1;
-  std::vector<uint8_t> palette(4 * 64 * std::max(rest, 1) * ((n + 63) / 64), 255);
-  for (int i = 0; i < n; ++i) {
-    Vec4f q = cloud.rotation[i].normalized();
-    Eigen::Index largest;
-    q.cwiseAbs().maxCoeff(&largest);
-    if (q[largest] < 0) q = -q;
-    quats[4 * i + 3] = static_cast<uint8_t>(252 + largest);
-    for (int k = 0, byte = 0; k < 4; ++k) {
-      if (k != largest) quats[4 * i + byte++] = place(q[k] * M_SQRT2, -1, 1);
-    }
-    for (int k = 0; k < 3; ++k) {
-      const double a = log_of(box.low[k]), b = log_of(box.high[k]);
-      const long fixed = std::lround(65535 * (log_of(cloud.position[i][k]) - a) / (b - a));
-      low[4 * i + k] = fixed & 255;
-      high[4 * i + k] = static_cast<uint8_t>(fixed >> 8);
-      scales[4 * i + k] = place(cloud.log_scale[i][k], -10, 2);
-      sh0[4 * i + k] = place(cloud.sh_of(i)[k], -1, 1);
-    }
-    sh0[4 * i + 3] = static_cast<uint8_t>(std::lround(255 * sigmoid(cloud.opacity_logit[i])));
-    labels[4 * i] = i & 255;
-    labels[4 * i + 1] = static_cast<uint8_t>(i >> 8);
-    for (int k = 0; k < rest; ++k) {
-      for (int c = 0; c < 3; ++c) palette[4 * (i * rest + k) + c] = place(cloud.sh_of(i)[3 + 3 * k + c], -1, 1);
-    }
-  }
-  Entries files;
-  const auto add = [&](const char* key, const char* name, const std::vector<uint8_t>& pixels, int w, int h) {
-    meta[key]["files"].push_back(name);
-    files.emplace_back(name, webp(pixels, w, h));
-  };
-  add("means", "means_l.webp", low, width, height);
-  add("means", "means_u.webp", high, width, height);
-  add("quats", "quats.webp", quats, width, height);
-  add("scales", "scales.webp", scales, width, height);
-  meta["scales"]["codebook"] = codebook(-10, 2);
-  add("sh0", "sh0.webp", sh0, width, height);
-  meta["sh0"]["codebook"] = codebook(-1, 1);
-  if (rest > 0) {
-    add("shN", "shN_centroids.webp", palette, 64 * rest, (n + 63) / 64);
-    add("shN", "shN_labels.webp", labels, width, height);
-    meta["shN"]["bands"] = cloud.sh_degree;
-    meta["shN"]["count"] = n;
-    meta["shN"]["codebook"] = codebook(-1, 1);
-  }
-  files.emplace_back("meta.json", meta.dump());
-  return files;
-}
 
 std::string& content(Entries& files, const std::string& name) {
   for (auto& [key, bytes] : files) {
@@ -124,6 +52,29 @@ TEST(Sog, OfAnyDegreeIsReadFromArchiveAndFolderWithinItsSteps) {
     expect_within_steps(cloud, read_splats(folder / "open/meta.json", &report));
     EXPECT_EQ(report.files.size(), files.size());
     expect_within_steps(cloud, read_splats(folder / "open"));
+  }
+}
+
+TEST(Sog, TheKeyOfTheSpecificationAndThatOfSplatTransformSayThatItIsAntialiased) {
+  const TemporaryFolder folder;
+  const Entries plain = sog_files(some_gaussians(10, 0));
+  const std::vector<std::pair<std::string, bool>> cases = {{R"({})", false},
+                                                           {R"({"antialias": true})", true},
+                                                           {R"({"antialias": false})", false},
+                                                           {R"({"antialias": 1})", false},
+                                                           {R"({"model": "antialiased"})", true},
+                                                           {R"({"model": "2dgs"})", false},
+                                                           {R"({"model": 7})", false},
+                                                           {R"({"model": ["antialiased"]})", false},
+                                                           {R"({"antialias": false, "model": "antialiased"})", true}};
+  for (const auto& [keys, wanted] : cases) {
+    Entries files = plain;
+    json meta = json::parse(content(files, "meta.json"));
+    meta.update(json::parse(keys));
+    content(files, "meta.json") = meta.dump();
+    ReadReport report;
+    EXPECT_EQ(read_splats(write_zip(folder / "a.sog", files), &report).size(), 10u);
+    EXPECT_EQ(report.antialiased, wanted) << keys;
   }
 }
 
@@ -298,6 +249,19 @@ TEST(SogLevels, EachLevelIsItsFilesAndTheFinestThatIsThereIsTheDefault) {
   expect_error(Failure::kInput, {"lodLevels", "level 2"}, [&] { read_splats(folder / "lod", nullptr, 2); });
 }
 
+TEST(SogLevels, OneThatHasAnAntialiasedFileIsAntialiased) {
+  const TemporaryFolder folder;
+  two_levels(folder);
+  json meta = json::parse(read_text(folder / "lod/0_1/meta.json"));
+  meta["model"] = "antialiased";
+  folder.file("lod/0_1/meta.json", meta.dump());
+  for (const int level : {0, 1}) {
+    ReadReport report;
+    read_splats(folder / "lod", &report, level);
+    EXPECT_EQ(report.antialiased, level == 0);
+  }
+}
+
 TEST(SogLevels, TheirEnvironmentBelongsToEachOfThem) {
   const TemporaryFolder folder;
   json meta = two_levels(folder);
@@ -441,6 +405,25 @@ TEST(CompressedPly, IsReadWithinItsStepsWithAndWithoutChunkColoursAndHarmonics) 
       EXPECT_LT(largest_angle(cloud, back), 2 * 2 * std::sqrt(3.0) * 0.5 * M_SQRT2 / 1023);
     }
   }
+}
+
+TEST(CompressedPly, ItsCommentsCountAsThoseOfAnyPly) {
+  const TemporaryFolder folder;
+  const std::string plain = compressed_ply(some_gaussians(300, 0), true);
+  const std::string format = "format binary_little_endian 1.0\n";
+  const auto read = [&](const std::string& comments) {
+    std::string text = plain;
+    text.insert(text.find(format) + format.size(), comments);
+    ReadReport report;
+    EXPECT_EQ(read_splats(folder.file("a.compressed.ply", text), &report).size(), 300u);
+    EXPECT_EQ(report.files, std::vector<fs::path>{folder / "a.compressed.ply"});
+    return report;
+  };
+  EXPECT_FALSE(read("").antialiased || read("").z_is_up);
+  EXPECT_TRUE(read("comment SplatRenderMode: mip\n").antialiased);
+  EXPECT_TRUE(read("comment antialiased 1\n").antialiased);
+  const ReadReport z_up = read("comment Vertical Axis: z\n");
+  EXPECT_TRUE(z_up.z_is_up && !z_up.antialiased);
 }
 
 TEST(CompressedPly, HostileFilesNameFileAndElement) {

@@ -344,7 +344,8 @@ TEST(Splat, NanInfiniteAndAbsurdRowsAreLeftOutAndCounted) {
 
 TEST(Splat, FilesOfAnotherLengthAreRefused) {
   const TemporaryFolder folder;
-  expect_error(Failure::kInput, {"a.splat", "0 bytes"}, [&] { read_splat(folder.file("a.splat", "")); });
+  expect_error(Failure::kInput, {"a.splat", "is empty"}, [&] { read_splat(folder.file("a.splat", "")); });
+  expect_error(Failure::kInput, {"a.splat", "is empty"}, [&] { read_splat(folder.file("a.splat", "")); });
   expect_error(Failure::kInput, {"a.splat", "33 bytes", "multiple of 32"},
                [&] { read_splat(folder.file("a.splat", std::string(33, 'x'))); });
   expect_error(Failure::kInput, {"none.splat"}, [&] { read_splat(folder / "none.splat"); });
