@@ -57,6 +57,18 @@ double short_number(double x) {
   return unit * std::round(x / unit);
 }
 
+/// Box around the particles that no pin holds.
+Region bounds_of_moving(const ReferenceBody& body, const std::vector<Interaction>& pins) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3f& position : body.particles.position) {
+    const Vec3d x = position.cast<double>();
+    if (std::none_of(pins.begin(), pins.end(), [&](const Interaction& pin) { return pin.region.contains(x); }))
+      box.extend(x);
+  }
+  CHECK_MSG(!box.isEmpty(), "nothing of the object can move");
+  return Region::box(box.min(), box.max());
+}
+
 }  // namespace
 
 ReferenceBody reference_body(const Stage& stage, const ObjectSolid& solid) {
@@ -160,9 +172,11 @@ std::vector<ReferenceScript> reference_scripts(const Stage& stage, const Referen
   wind.rate = kGustRate;
   add_sized("wind", wind, (0.8 * object.push + 0.6 * object.push.cross(kUp)).normalized());
 
+  // Of what moves alone: a pinned part would take the share of its mass, and the body has no more of it than its top.
   Interaction jolt;
   jolt.type = InteractionType::kImpulse;
   jolt.start = kPushStart;
+  jolt.region = bounds_of_moving(body, pins);
   add_sized("jolt", jolt, -object.push);
   return scripts;
 }

@@ -42,8 +42,8 @@ struct ReferenceScript {
   std::vector<Interaction> interactions;
 };
 /// poke (a push of the tip for a quarter of a second), pull (the tip is pulled aside and released), wind (a gust over
-/// all for a second) and jolt (an impulse to all).  Each moves the body by a sixth of its height or so: forces are
-/// found by short trials with fewer particles.
+/// all for a second) and jolt (an impulse to all that moves).  Each moves the body by a sixth of its height or so:
+/// forces are found by short trials with fewer particles.
 std::vector<ReferenceScript> reference_scripts(const Stage& stage, const ReferenceBody& body,
                                                const ReferenceOptions& options);
 /// The same for the flower: a push whose force follows from the stem as a beam.
