@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
+#include "app/predict/object_prior.h"
 #include "app/predict/predict_preview.h"
 #include "app/predict/predict_stage.h"
 #include "fitting/predict/material_table.h"
@@ -10,8 +11,6 @@
 namespace pliant {
 namespace {
 
-nlohmann::json to_json(const Band& band) { return {{"low", band.low}, {"typical", band.typical}, {"high", band.high}}; }
-
 /// The rows of both tables.
 nlohmann::json to_json(const MaterialTable& table) {
   nlohmann::json materials = nlohmann::json::array(), objects = nlohmann::json::array();
@@ -19,9 +18,9 @@ nlohmann::json to_json(const MaterialTable& table) {
     materials.push_back({{"name", m.name},
                          {"synonyms", m.synonyms},
                          {"class", m.group},
-                         {"young_pa", to_json(m.young)},
-                         {"poisson", to_json(m.poisson)},
-                         {"density_kg_m3", to_json(m.density)},
+                         {"young_pa", band_json(m.young)},
+                         {"poisson", band_json(m.poisson)},
+                         {"density_kg_m3", band_json(m.density)},
                          {"law", law_name(m.law.law)},
                          {"kind", row_kind_name(m.kind)},
                          {"source", m.source},
@@ -35,8 +34,8 @@ nlohmann::json to_json(const MaterialTable& table) {
     objects.push_back({{"name", o.name},
                        {"synonyms", o.synonyms},
                        {"parts", parts},
-                       {"height_m", to_json(o.height)},
-                       {"frequency_hz", to_json(o.frequency)}});
+                       {"height_m", band_json(o.height)},
+                       {"frequency_hz", band_json(o.frequency)}});
   }
   return {{"materials", materials}, {"objects", objects}};
 }

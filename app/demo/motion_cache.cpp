@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 /// Changes when the solver or what is stored does, so that nothing older is taken.
-constexpr int kCacheFormat = 1;
+constexpr int kCacheFormat = 2;
 
 /// Indices of about `count` samples: every n-th along a space-filling curve.
 std::vector<int> even_choice(const std::vector<Vec3f>& points, size_t count) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "fitting/predict/label_prior.h"
 #include "gaussians/base/error.h"
 
@@ -54,6 +56,10 @@ ObjectPrior object_prior(const PriorQuestion& question) {
   ObjectPrior prior = of(*found.prior, warning);
   prior.unanswered = !found.warning.empty();
   return prior;
+}
+
+nlohmann::json band_json(const Band& band) {
+  return {{"low", band.low}, {"typical", band.typical}, {"high", band.high}};
 }
 
 }  // namespace pliant

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -30,5 +31,8 @@ struct PriorQuestion {
   std::string view;  ///< PNG of the object for the language model
 };
 ObjectPrior object_prior(const PriorQuestion& question);
+
+/// {low, typical, high}.
+nlohmann::json band_json(const Band& band);
 
 }  // namespace pliant

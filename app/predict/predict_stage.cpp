@@ -130,8 +130,6 @@ double softness_factor(const ObjectPrior& prior, bool by_frequency, double softn
   return faster * faster;
 }
 
-json band_json(const Band& band) { return {{"low", band.low}, {"typical", band.typical}, {"high", band.high}}; }
-
 double first_of(const std::optional<double>& a, const std::optional<double>& b, double otherwise) {
   return a ? *a : b.value_or(otherwise);
 }
