@@ -8,6 +8,7 @@
 
 #include "app/live/message_fields.h"
 #include "gaussians/base/error.h"
+#include "physics/mpm/whole_deformation.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -94,6 +95,7 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
 std::string state_message(const LiveSession& session, const LiveAnswer& answer, std::optional<int> id,
                           double metres_per_unit) {
   const SimulationState& state = session.state();
+  const std::vector<Mat3f> F = whole_deformation(state);
   const size_t n = state.size();
   const float units = static_cast<float>(1 / metres_per_unit);
   Vec3f low = Vec3f::Constant(INFINITY), high = Vec3f::Constant(-INFINITY);
@@ -108,7 +110,7 @@ std::string state_message(const LiveSession& session, const LiveAnswer& answer, 
       place[3 * i + a] = size[a] > 0 ? std::clamp((units * state.x[i][a] - low[a]) / size[a], 0.0f, 1.0f) : 0;
       velocity[3 * i + a] = state.v[i][a];
     }
-    for (int k = 0; k < 9; ++k) gradient[9 * i + k] = state.F[i](k / 3, k % 3) - (k % 4 == 0 ? 1.0f : 0.0f);
+    for (int k = 0; k < 9; ++k) gradient[9 * i + k] = F[i](k / 3, k % 3) - (k % 4 == 0 ? 1.0f : 0.0f);
   }
   const float speed = largest_of(velocity), stretch = largest_of(gradient);
   json meta = {{"substeps", answer.substeps},

@@ -13,6 +13,7 @@
 #include "app/store/trajectory.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "physics/mpm/whole_deformation.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -190,7 +191,7 @@ json replay_recording(const Context& context, RunDirectory& run, const Scene& sc
   const float units = static_cast<float>(1 / scene.metres_per_unit);
   int64_t steps = 0;
   const auto keep = [&](const SimulationState& state, int frame) {
-    TrajectoryFile::Frame kept{frame / recording.fps, steps, {}, state.v, state.F};
+    TrajectoryFile::Frame kept{frame / recording.fps, steps, {}, state.v, whole_deformation(state)};
     for (const Vec3f& x : state.x) kept.position.push_back(units * x);
     out.frames.push_back(std::move(kept));
   };

@@ -26,7 +26,8 @@ void ClipFile::add(const std::string& section, const std::string& name, const st
   for (const size_t extent : shape) count *= extent;
   CHECK_MSG(count == values.size(), "shape of a clip's array");
   std::string& bytes = sections[section];
-  bytes.resize((bytes.size() + 3) / 4 * 4);  // views of typed arrays begin at multiples of their size
+  constexpr size_t kAlign = sizeof(V) > 4 ? sizeof(V) : 4;  // views of typed arrays begin at multiples of their size
+  bytes.resize((bytes.size() + kAlign - 1) / kAlign * kAlign);
   nlohmann::json row = {
       {"name", name}, {"section", section}, {"offset", bytes.size()}, {"type", type_name<V>()}, {"shape", shape}};
   if (!range.empty()) {
@@ -44,6 +45,8 @@ template void ClipFile::add(const std::string&, const std::string&, const std::v
 template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&,
                             std::span<const uint32_t>, const std::vector<double>&);
 template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&, std::span<const float>,
+                            const std::vector<double>&);
+template void ClipFile::add(const std::string&, const std::string&, const std::vector<size_t>&, std::span<const double>,
                             const std::vector<double>&);
 
 size_t SectionPacker::pack(const ClipFile& file) {

@@ -15,7 +15,7 @@ struct ClipFile {
   nlohmann::json header = {{"format", "pliant-clip"}, {"version", 1}, {"arrays", nlohmann::json::array()}};
   std::map<std::string, std::string> sections;  ///< as they are in memory
 
-  /// Appends an array to a section.  `values` [product of shape] of uint8, uint16, uint32 or float;
+  /// Appends an array to a section.  `values` [product of shape] of uint8, uint16, uint32, float or double;
   /// with a range, integers q of b bits stand for low + q (high - low) / (2^b - 1).
   template <class V>
   void add(const std::string& section, const std::string& name, const std::vector<size_t>& shape,

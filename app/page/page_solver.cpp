@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/page/interaction_numbers.h"
+#include "app/page/material_numbers.h"
 #include "app/page/page_assets.h"
 
 namespace pliant {
@@ -13,14 +14,38 @@ namespace {
 constexpr std::array<int, 3> kPageLevels = {2500, 800, 350};  // beside that of the motion
 constexpr double kCoarser = 0.7;                              // of that of the motion, at most
 
-void add_body(ClipFile& file, size_t l, const Particles& particles) {
+/// What the driving particles remember [N, 19]: both elastic parts by rows, the history.
+std::vector<float> memory_numbers(const TrajectoryFile::Memory& memory) {
+  std::vector<float> out;
+  for (size_t i = 0; i < memory.history.size(); ++i) {
+    for (const Mat3f* F : {&memory.F[i], &memory.F_viscous[i]})
+      for (int k = 0; k < 9; ++k) out.push_back((*F)(k / 3, k % 3));
+    out.push_back(memory.history[i]);
+  }
+  return out;
+}
+
+void add_body(ClipFile& file, size_t l, const Particles& particles,
+              const std::optional<TrajectoryFile::Memory>& memory) {
+  const std::string level = "level" + std::to_string(l) + ".";
   const auto add = [&](const char* name, const std::vector<float>& values) {
-    file.add("levels", "level" + std::to_string(l) + "." + name, {values.size()}, std::span<const float>(values));
+    file.add("levels", level + name, {values.size()}, std::span<const float>(values));
   };
   add("volume", particles.volume);
   add("mass", particles.mass);
   add("young", particles.young);
   add("poisson", particles.poisson);
+  std::vector<double> materials;
+  for (const Material& material : particles.materials) {
+    const std::vector<double> row = numbers_of(material);
+    materials.insert(materials.end(), row.begin(), row.end());
+  }
+  file.add("levels", level + "materials", {particles.materials.size(), kMaterialNumbers},
+           std::span<const double>(materials));
+  std::vector<uint16_t> index = particles.material_index;
+  index.resize(particles.size());
+  file.add("levels", level + "material", {particles.size()}, std::span<const uint16_t>(index));
+  if (memory) add("memory", memory_numbers(*memory));
   // Of each pair, by how much the first exceeds that of the pair before, and the second the first.
   std::vector<uint16_t> links;
   for (int before = 0; const auto& [a, b] : particles.links) {
@@ -28,10 +53,11 @@ void add_body(ClipFile& file, size_t l, const Particles& particles) {
     links.push_back(static_cast<uint16_t>(b - a));
     before = a;
   }
-  file.add("levels", "level" + std::to_string(l) + ".links", {particles.links.size(), 2},
-           std::span<const uint16_t>(links));
-  file.header["levels"][l].update(
-      {{"drivers", particles.size()}, {"cell_size", particles.cell_size}, {"links", particles.links.size()}});
+  file.add("levels", level + "links", {particles.links.size(), 2}, std::span<const uint16_t>(links));
+  file.header["levels"][l].update({{"drivers", particles.size()},
+                                   {"cell_size", particles.cell_size},
+                                   {"links", particles.links.size()},
+                                   {"materials", particles.materials.size()}});
 }
 
 /// Whether every weight hangs on some particle.
@@ -52,9 +78,10 @@ std::vector<SolverLevel> solver_levels(const SessionSetup& setup, const Scene& s
   if (!can_play(setup)) return levels;
   for (const int count : kPageLevels) {
     if (count > kCoarser * static_cast<double>(moving.particles.driving_position.size())) continue;
-    SolverLevel level{count, with_drivers(moving.particles, scene, count), {}};
+    SolverLevel level{count, with_drivers(moving.particles, scene, count), {}, {}};
     if (!carries_weights(setup, level.file.driving_position, scene.metres_per_unit)) continue;
     level.binding = bind_object(scene, level.file, moving.object);
+    level.memory = memory_of(moving, level.file);
     levels.push_back(std::move(level));
   }
   return levels;
@@ -69,7 +96,7 @@ std::span<const SolverLevel> levels_beside(const ParticleFile& motion_level, std
   return levels;
 }
 
-size_t solver_bytes(const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+size_t solver_bytes(const SolverLevel& motion_level, const SessionSetup& setup, const Scene& scene,
                     std::span<const SolverLevel> levels, SectionPacker& packer) {
   if (!can_play(setup)) return 0;
   ClipFile file;
@@ -77,7 +104,7 @@ size_t solver_bytes(const ParticleFile& motion_level, const SessionSetup& setup,
   return packer.pack(file);
 }
 
-void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+void add_solver(ClipFile& file, const SolverLevel& motion_level, const SessionSetup& setup, const Scene& scene,
                 std::span<const SolverLevel> levels) {
   file.header["solver"] = nullptr;
   file.header["plays_only"] = setup.refused;
@@ -86,18 +113,18 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
     file.header["plays_only"] = "this build of Pliant has no solver for pages";
     return;
   }
-  if (!carries_weights(setup, motion_level.driving_position, scene.metres_per_unit)) {
+  if (!carries_weights(setup, motion_level.file.driving_position, scene.metres_per_unit)) {
     file.header["plays_only"] = "no driving particle of the reduced body carries one of the weights";
     return;
   }
   const auto body_of = [&](const ParticleFile& level) {
     return make_body(level, scene, setup.solid, setup.material).particles;
   };
-  add_body(file, 0, body_of(motion_level));
+  add_body(file, 0, body_of(motion_level.file), motion_level.memory);
   size_t l = 0;
   for (const SolverLevel& level : levels) {
     add_level(file, "levels", ++l, level.file.driving_position, level.binding);
-    add_body(file, l, body_of(level.file));
+    add_body(file, l, body_of(level.file), level.memory);
     file.header["levels"][l]["clustered_to"] = level.clustered_to;
   }
   nlohmann::json held = nlohmann::json::array();
@@ -110,8 +137,7 @@ void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionS
                            {"grid", static_cast<int>(setup.options.grid)},
                            {"flip_time", setup.options.flip_time},
                            {"sleep_speed", setup.options.sleep_speed},
-                           {"law", static_cast<int>(setup.material.law)},
-                           {"viscosity_time", setup.material.viscosity_time},
+                           {"remembers", setup.remembers},
                            {"height", setup.height},
                            {"held", held}};
   file.sections["solver"] = solver_module();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace pliant {
 struct SolverLevel {
   int clustered_to = 0;  ///< number of driving particles that with_drivers was asked for
   ParticleFile file;
-  Binding binding;  ///< of the object's Gaussians
+  Binding binding;                               ///< of the object's Gaussians
+  std::optional<TrajectoryFile::Memory> memory;  ///< in the motion's first frame, see memory_of
 };
 
 /// Those that a page offers; none where the object cannot be played with.
@@ -24,12 +26,12 @@ std::span<const SolverLevel> levels_beside(const ParticleFile& motion_level, std
                                            size_t most = SIZE_MAX);
 
 /// Bytes that add_solver takes in the file; `packer` has its sections then.
-size_t solver_bytes(const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+size_t solver_bytes(const SolverLevel& motion_level, const SessionSetup& setup, const Scene& scene,
                     std::span<const SolverLevel> levels, SectionPacker& packer);
 
 /// Appends what the page's solver needs: the sections `levels` and `solver`, and what the header says of them.  Where
-/// the object cannot be played with, the header says why.
-void add_solver(ClipFile& file, const ParticleFile& motion_level, const SessionSetup& setup, const Scene& scene,
+/// the object cannot be played with, the header says why.  Of `motion_level` the file and the memory count.
+void add_solver(ClipFile& file, const SolverLevel& motion_level, const SessionSetup& setup, const Scene& scene,
                 std::span<const SolverLevel> levels);
 
 }  // namespace pliant

@@ -81,12 +81,15 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   };
   const std::string video = film_in(stage.size) > 0 ? read_text(in.files.at("clip")) : "";
 
-  SessionSetup setup = session_setup(run, scene, moving.particles);
+  SessionSetup setup = session_setup(run, scene, moving);
   ClipCoder coder(std::move(moving), scene, views);
   SectionPacker packer;
   const std::vector<SolverLevel> levels = solver_levels(setup, scene, coder.moving());
   const auto levels_of = [&](const CodedClip& clip) {
     return levels_beside(clip.level, levels, clip.choice.solver_levels);
+  };
+  const auto motion_level = [&](const CodedClip& clip) {
+    return SolverLevel{0, clip.level, {}, memory_of(coder.moving(), clip.level)};
   };
   std::map<std::pair<size_t, size_t>, size_t> bytes_of_solver;  // by drivers and number of levels
   SolverShare solver;
@@ -96,7 +99,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
     if (!clip.choice.solver) return 0;
     const std::span<const SolverLevel> beside = levels_of(clip);
     const auto [known, fresh] = bytes_of_solver.try_emplace({clip.level.driving_position.size(), beside.size()});
-    if (fresh) known->second = solver_bytes(clip.level, setup, scene, beside, packer);
+    if (fresh) known->second = solver_bytes(motion_level(clip), setup, scene, beside, packer);
     return known->second;
   };
   const size_t code = page_template().size() + page_style().size() + page_script().size() + kHeader;
@@ -112,7 +115,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
                       "give more, or --no-html");
   const MovingScene& drawn = coder.moving();
   if (!clip.choice.solver) setup.refused = "the solver does not fit into this size";
-  add_solver(page.file, clip.level, setup, scene, levels_of(clip));
+  add_solver(page.file, motion_level(clip), setup, scene, levels_of(clip));
   const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]}, options);
 
   json& header = page.file.header;

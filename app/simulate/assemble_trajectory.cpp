@@ -2,21 +2,25 @@
 
 #include <Eigen/LU>
 
+#include "physics/mpm/whole_deformation.h"
+
 namespace pliant {
 namespace {
 
-/// What Gaussians follow: the whole deformation, the permanent part included.
-std::vector<Mat3f> drawn_deformation(const SimulationState& state) {
-  if (state.memory.empty()) return state.F;
-  std::vector<Mat3f> F;
-  for (const LawMemory<float>& memory : state.memory) F.push_back(memory.F_total);
-  return F;
+TrajectoryFile::Memory remembered(const SimulationState& state, const Mat3f& R) {
+  TrajectoryFile::Memory out;
+  for (size_t i = 0; i < state.size(); ++i) {
+    out.F.push_back(R.transpose() * state.F[i] * R);
+    out.F_viscous.push_back(R.transpose() * state.memory[i].F_viscous * R);
+    out.history.push_back(state.memory[i].history);
+  }
+  return out;
 }
 
 /// From the captured to the unloaded shape: frame 0 has the deformation of the load and, on top, that of the start.
 std::vector<Mat3f> unloading(const SimulationState& start, const SimulationState& first) {
-  std::vector<Mat3f> out = drawn_deformation(start);
-  const std::vector<Mat3f> both = drawn_deformation(first);
+  std::vector<Mat3f> out = whole_deformation(start);
+  const std::vector<Mat3f> both = whole_deformation(first);
   for (size_t i = 0; i < out.size(); ++i) out[i] = (both[i].inverse() * out[i]).eval();
   return out;
 }
@@ -32,10 +36,11 @@ TrajectoryFile assemble_trajectory(const FrameStore& frames, int count, const Si
   const std::vector<Mat3f> before = loaded ? unloading(start, frames.frame(0)) : std::vector<Mat3f>();
   for (int f = 0; f < count; ++f) {
     const SimulationState state = frames.frame(f);
+    if (f == 0 && !state.memory.empty()) out.memory = remembered(state, R);
     TrajectoryFile::Frame frame;
     frame.time = state.time;
     frame.step = state.substeps;
-    frame.F = drawn_deformation(state);
+    frame.F = whole_deformation(state);
     for (size_t i = 0; i < before.size(); ++i) frame.F[i] = (frame.F[i] * before[i]).eval();
     for (Mat3f& F : frame.F) F = R.transpose() * F * R;
     for (const Vec3f& x : state.x) frame.position.push_back(body.space.to_scene(x.cast<double>()).cast<float>());

@@ -119,4 +119,29 @@ std::vector<DriverFrame> motion_of(const MovingScene& moving, const ParticleFile
   return frames;
 }
 
+std::optional<TrajectoryFile::Memory> memory_of(const MovingScene& moving, const ParticleFile& level) {
+  const std::vector<Vec3f>&drivers = moving.particles.driving_position, &points = level.driving_position;
+  if (!moving.trajectory.memory || drivers == points) return moving.trajectory.memory;
+  const TrajectoryFile::Memory& all = *moving.trajectory.memory;
+  const Binding binding = pliant::bind({}, points, drivers);
+  TrajectoryFile::Memory out;
+  for (size_t i = 0; i < points.size(); ++i) {
+    Mat3f F = Mat3f::Zero(), F_viscous = Mat3f::Zero();
+    float history = 0, sum = 0;
+    for (int k = 0; k < Binding::kCount; ++k) {
+      const int d = binding.driver[i * Binding::kCount + k];
+      if (d < 0) break;
+      const float weight = binding.weight[i * Binding::kCount + k];
+      F += weight * all.F[d];
+      F_viscous += weight * all.F_viscous[d];
+      history += weight * all.history[d];
+      sum += weight;
+    }
+    out.F.push_back(sum > 0 ? F : Mat3f::Identity());
+    out.F_viscous.push_back(sum > 0 ? F_viscous : Mat3f::Identity());
+    out.history.push_back(history);
+  }
+  return out;
+}
+
 }  // namespace pliant

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "app/simulate/moving_scene.h"
@@ -18,5 +19,8 @@ ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int coun
 
 /// What the simulated particles do to those of another clustering: each is carried by its neighbours at rest.
 std::vector<DriverFrame> motion_of(const MovingScene& moving, const ParticleFile& level);
+
+/// What they remember in the first frame, likewise.
+std::optional<TrajectoryFile::Memory> memory_of(const MovingScene& moving, const ParticleFile& level);
 
 }  // namespace pliant

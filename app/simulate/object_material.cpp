@@ -140,6 +140,14 @@ void take_law(const nlohmann::json& record, MaterialValues& values) {
     if (record.contains(constant.name)) values.constants.insert({constant.name, record[constant.name]});
 }
 
+Material law_of_record(const nlohmann::json& record) {
+  Material out;
+  out.law = parse_law(record["law"].get<std::string>());
+  for (const MaterialConstant& constant : kConstants)
+    out.*constant.value = record.value(constant.name, out.*constant.value);
+  return out;
+}
+
 nlohmann::json material_to_json(const ObjectMaterial& m) {
   nlohmann::json out = {
       {"young", m.young}, {"poisson", m.poisson}, {"density", m.density}, {"law", law_name(m.material.law)}};

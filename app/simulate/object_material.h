@@ -44,6 +44,8 @@ constexpr double kUnknownYoung = 1e5;  ///< Pa, where a fit starts that is told 
 
 /// Law and constants of such a record, as if they had been typed.
 void take_law(const nlohmann::json& record, MaterialValues& values);
+/// Law and constants of such a record.
+Material law_of_record(const nlohmann::json& record);
 /// {young, poisson, density, law, constants that were changed}, for records.
 nlohmann::json material_to_json(const ObjectMaterial& material);
 

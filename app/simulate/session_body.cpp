@@ -7,9 +7,9 @@
 #include "app/import/interactions.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/given_fields.h"
+#include "app/simulate/object_material.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
-#include "physics/laws/law.h"
 #include "physics/simulate/loads.h"
 #include "physics/simulate/settle.h"
 
@@ -58,7 +58,7 @@ ElasticSamples simulated_material(const RunDirectory& run, const json& session, 
   return ElasticSamples::homogeneous(positions.size(), all["young"], all["poisson"], all["density"]);
 }
 
-SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles) {
+SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const MovingScene& moving) {
   constexpr double kFps = 60;
   SessionSetup setup;
   check_simulated_with(run, scene);
@@ -76,18 +76,19 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
     setup.refused = "the rest of the scene is an obstacle (--collide-scene)";
     return setup;
   }
-  setup.material.law = parse_law(session["law"].get<std::string>());
-  setup.material.viscosity_time = session.value("viscosity_time_s", 0.0);
-  const Law law = setup.material.law;
-  if (!is_elastic(law)) {
-    setup.refused = "the law " + session["law"].get<std::string>() + " is not elastic";
+  // Earlier versions recorded less.
+  setup.material = law_of_record(session.value(
+      "material", json{{"law", session["law"]}, {"viscosity_time", session.value("viscosity_time_s", 0.0)}}));
+  setup.remembers = has_memory(setup.material.law);
+  if (setup.remembers && !moving.trajectory.memory) {
+    setup.refused = "this motion was simulated by an earlier version";
     return setup;
   }
   if (const fs::path file = file_of_material(run, session); !file.empty() && !fs::exists(file)) {
     setup.refused = "the material " + file.filename().string() + " is gone";
     return setup;
   }
-  setup.solid = simulated_material(run, session, particles.solid_position);
+  setup.solid = simulated_material(run, session, moving.particles.solid_position);
   setup.options.fps = kFps;
   setup.options.damping_time = simulated["damping_time_s"];
   for (int a = 0; a < 3; ++a) setup.options.gravity[a] = session["gravity_m_s2"][a];
@@ -97,7 +98,7 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
   setup.options.sleep_speed = session.value("sleep_speed_m_s", 0.0);
   const json found = extracted(run, {"height", "contact"});
   setup.height = found["height"].get<double>() * scene.metres_per_unit;
-  setup.held = pins_of(particles.pinned_json, scene);
+  setup.held = pins_of(moving.particles.pinned_json, scene);
   if (simulated["floor"].get<bool>())
     if (const auto floor = floor_of(found, {}, scene)) setup.held.push_back(*floor);
   const fs::path script = run / "interactions.json";
@@ -108,8 +109,8 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Pa
 }
 
 SimulationState state_of(const std::vector<DriverFrame>& motion, size_t f, double fps, double metres_per_unit,
-                         const Particles& particles) {
-  CHECK(f < motion.size());
+                         const Particles& particles, const std::optional<TrajectoryFile::Memory>& memory) {
+  CHECK(f < motion.size() && particles.has_memory() == memory.has_value());
   SimulationState state = initial_state(particles);
   const size_t before = f > 0 ? f - 1 : f, after = std::min(f + 1, motion.size() - 1);
   const float metres = static_cast<float>(metres_per_unit);
@@ -117,7 +118,8 @@ SimulationState state_of(const std::vector<DriverFrame>& motion, size_t f, doubl
   for (size_t i = 0; i < state.size(); ++i) {
     state.x[i] = metres * motion[f].position[i];
     state.v[i] = rate * (motion[after].position[i] - motion[before].position[i]);
-    state.F[i] = motion[f].F[i];
+    state.F[i] = memory ? memory->F[i] : motion[f].F[i];
+    if (memory) state.memory[i] = {motion[f].F[i], memory->F_viscous[i], memory->history[i]};
   }
   return state;
 }

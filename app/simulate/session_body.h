@@ -16,6 +16,7 @@ struct SessionSetup {
   SimulateOptions options;  ///< fps: of a session's frames
   ElasticSamples solid;
   Material material;
+  bool remembers = false;         ///< the law has a memory: a session starts with the first frame, of which it is known
   std::vector<Interaction> held;  ///< pins, floor, and what of the script stands or hangs there to the end
   double height = 0;              ///< of the object, m
 };
@@ -26,10 +27,11 @@ ElasticSamples simulated_material(const RunDirectory& run, const nlohmann::json&
 
 /// Of the simulation that is in the run directory.  What the script does for a time, as pushes and pins that end, is
 /// not part of a session.  Throws Error{kUsage} where its material or scale has since been replaced.
-SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const ParticleFile& particles);
+SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const MovingScene& moving);
 
 /// The state of a level's particles in frame `f` of the motion: velocities are central differences of its frames.
+/// `memory`: of that frame, where the law of the particles has one.
 SimulationState state_of(const std::vector<DriverFrame>& motion, size_t f, double fps, double metres_per_unit,
-                         const Particles& particles);
+                         const Particles& particles, const std::optional<TrajectoryFile::Memory>& memory);
 
 }  // namespace pliant

@@ -203,8 +203,10 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
   const json motion = describe_motion(trajectory, body.file, tip, in.found["height"].get<double>());
   context.progress.say(fmt::format("simulate: tip moves {:.1f} % of the object's height and ends at {:.1f} %",
                                    100 * motion["tip_peak"].get<double>(), 100 * motion["tip_end"].get<double>()));
-  json session = {{"law", law_name(body.particles.materials[0].law)},
-                  {"viscosity_time_s", body.particles.materials[0].viscosity_time},
+  ObjectMaterial simulated = material;
+  simulated.material.law = body.particles.materials[0].law;
+  json session = {{"law", law_name(simulated.material.law)},
+                  {"material", material_to_json(simulated)},
                   {"gravity_m_s2", {plan.options.gravity.x(), plan.options.gravity.y(), plan.options.gravity.z()}},
                   {"contact_friction", plan.options.object_friction},
                   {"solver", stage.solver},

@@ -69,7 +69,7 @@ void visit_gradient(State& state, Visit&& visit) {
 
 /// Rows of fixed-size matrices as one array of numbers.
 template <class Matrix>
-void write_matrices(Hdf5Writer& out, const std::string& name, const std::vector<Matrix>& rows) {
+void write_rows(Hdf5Writer& out, const std::string& name, const std::vector<Matrix>& rows) {
   using Scalar = typename Matrix::Scalar;
   constexpr size_t kSize = Matrix::SizeAtCompileTime;
   std::vector<Scalar> flat(rows.size() * kSize);
@@ -78,7 +78,7 @@ void write_matrices(Hdf5Writer& out, const std::string& name, const std::vector<
 }
 
 template <class Matrix>
-std::vector<Matrix> read_matrices(const Hdf5Reader& in, const std::string& name, size_t count) {
+std::vector<Matrix> read_rows(const Hdf5Reader& in, const std::string& name, size_t count) {
   using Scalar = typename Matrix::Scalar;
   constexpr size_t kSize = Matrix::SizeAtCompileTime;
   const std::vector<Scalar> flat = in.dataset<Scalar>(name, {count, kSize});
@@ -89,8 +89,8 @@ std::vector<Matrix> read_matrices(const Hdf5Reader& in, const std::string& name,
 
 void write_modes(Hdf5Writer& out, const std::string& group, const VibrationModes& modes) {
   for (size_t k = 0; k < modes.size(); ++k) {
-    write_matrices(out, group + "/shape_" + std::to_string(k), modes.shape[k]);
-    write_matrices(out, group + "/gradient_" + std::to_string(k), modes.gradient[k]);
+    write_rows(out, group + "/shape_" + std::to_string(k), modes.shape[k]);
+    write_rows(out, group + "/gradient_" + std::to_string(k), modes.gradient[k]);
   }
 }
 
@@ -99,8 +99,8 @@ void read_modes(const Hdf5Reader& in, const std::string& group, size_t n, Vibrat
   if (modes.decay.size() != modes.omega.size())
     throw in.complaint(group + "/modes_decay", "has another length than modes_omega");
   for (size_t m = 0; m < modes.size(); ++m) {
-    modes.shape.push_back(read_matrices<Vec3d>(in, group + "/shape_" + std::to_string(m), n));
-    modes.gradient.push_back(read_matrices<Mat3d>(in, group + "/gradient_" + std::to_string(m), n));
+    modes.shape.push_back(read_rows<Vec3d>(in, group + "/shape_" + std::to_string(m), n));
+    modes.gradient.push_back(read_rows<Mat3d>(in, group + "/gradient_" + std::to_string(m), n));
   }
 }
 
@@ -113,10 +113,10 @@ void write_fit(Hdf5Writer& out, const std::string& group, const VibrationFit& fi
   visit_numbers(fit, [&](const char* name, const std::vector<double>& values) {
     out.dataset(group + "/" + name, values.data(), {values.size()});
   });
-  write_matrices(out, group + "/x", fit.start.x);
-  write_matrices(out, group + "/v", fit.start.v);
-  write_matrices(out, group + "/C", fit.start.C);
-  write_matrices(out, group + "/F", fit.start.F);
+  write_rows(out, group + "/x", fit.start.x);
+  write_rows(out, group + "/v", fit.start.v);
+  write_rows(out, group + "/C", fit.start.C);
+  write_rows(out, group + "/F", fit.start.F);
   write_modes(out, group, fit.modes);
 }
 
@@ -131,11 +131,11 @@ VibrationFit read_fit(const Hdf5Reader& in, const std::string& group) {
   visit_numbers(fit, [&](const char* name, std::vector<double>& values) {
     values = in.dataset<double>(group + "/" + name, {kAny});
   });
-  fit.start.x = read_matrices<Vec3f>(in, group + "/x", kAny);
+  fit.start.x = read_rows<Vec3f>(in, group + "/x", kAny);
   const size_t n = fit.start.x.size();
-  fit.start.v = read_matrices<Vec3f>(in, group + "/v", n);
-  fit.start.C = read_matrices<Mat3f>(in, group + "/C", n);
-  fit.start.F = read_matrices<Mat3f>(in, group + "/F", n);
+  fit.start.v = read_rows<Vec3f>(in, group + "/v", n);
+  fit.start.C = read_rows<Mat3f>(in, group + "/C", n);
+  fit.start.F = read_rows<Mat3f>(in, group + "/F", n);
   read_modes(in, group, n, fit.modes);
   return fit;
 }

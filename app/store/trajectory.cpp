@@ -63,6 +63,8 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
   for (const Frame& f : t.frames) {
     CHECK(f.position.size() == particles && f.velocity.size() == particles && f.F.size() == particles);
   }
+  CHECK(!t.memory || (t.memory->F.size() == particles && t.memory->F_viscous.size() == particles &&
+                      t.memory->history.size() == particles));
   CHECK(!t.object.empty() && t.object == group_name(t.object));
   const std::string root = "/particles/" + t.object, position = root + "/position", velocity = root + "/velocity",
                     F = root + "/F";
@@ -89,6 +91,13 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
       }
       return rows.data();
     });
+    if (t.memory) {
+      const std::string memory = root + "/memory";
+      out.group(memory);
+      write_matrices(out, memory + "/F", t.memory->F);
+      write_matrices(out, memory + "/F_viscous", t.memory->F_viscous);
+      out.dataset(memory + "/history", t.memory->history.data(), {t.memory->history.size()});
+    }
     out.text(position + "/value", "unit", "scene unit");
     out.text(velocity + "/value", "unit", "m s-1");
     out.number("/", "fps", t.fps);
@@ -149,6 +158,9 @@ TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) 
         throw in.complaint(root + "/F/value", "holds a value that is not finite in frame " + std::to_string(i));
     }
   });
+  if (const std::string memory = root + "/memory"; in.has(memory))
+    t.memory = {read_matrices(in, memory + "/F", particles), read_matrices(in, memory + "/F_viscous", particles),
+                read_finite(in, memory + "/history", particles)};
   return t;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,12 +19,18 @@ struct TrajectoryFile {
     std::vector<Vec3f> position, velocity;  ///< [M, 3] scene units, m/s
     std::vector<Mat3f> F;                   ///< [M, 3, 3] deformation from the captured shape
   };
+  /// What laws that yield, flow or relax remember.
+  struct Memory {
+    std::vector<Mat3f> F, F_viscous;  ///< [M, 3, 3] elastic parts: of the deformation, in the relaxing branch
+    std::vector<float> history;       ///< [M] see LawMemory
+  };
   std::string object = "object";  ///< name of the group, see group_name
   double fps = 0;
   double metres_per_unit = 1;
   double cell_size = 0;      ///< scene units
   Vec3d up = Vec3d::Zero();  ///< unit; zero = unknown
   std::vector<Frame> frames;
+  std::optional<Memory> memory;  ///< in the first frame; stored as /particles/<object>/memory
 
   /// The state at a time in s: the frame itself where there is one, else positions on cubics that keep the velocities
   /// of both frames beside it (Hermite), velocities and F linear; the first or last frame outside of the clip.

@@ -5,6 +5,9 @@ import {ClipError} from './container.js';
 import {readLevel} from './motion.js';
 import {bodyNumbers} from './solver_layout.js';
 
+const kMaterialNumbers = 15;  // see app/page/material_numbers.h
+const kMemoryNumbers = 19;    // of a driver, see solver_memory
+
 /** A body of the solver: the drivers of a level with their material. */
 export class Body {
   /** `recorded`: the level of the baked motion and its source; the body may be of another level. */
@@ -45,15 +48,24 @@ export class Body {
   }
 }
 
-function readMaterial(container, index, {drivers: count, links: pairs}) {
-  const read = (name) => container.array(`level${index}.${name}`, [count]).values.slice();
+function readMaterial(container, index, {drivers: count, links: pairs, materials: kinds}, remembers) {
+  const array = (name, ...shape) => container.array(`level${index}.${name}`, shape).values.slice();
+  const read = (name) => array(name, count);
   const steps = container.array(`level${index}.links`, [pairs, 2]).values, links = new Int32Array(2 * pairs);
   for (let k = 0, first = 0; k < links.length; k += 2) {
     links[k] = first += steps[k];
     links[k + 1] = first + steps[k + 1];
     if (links[k + 1] >= count) throw new ClipError(`The data in this file are inconsistent (level${index}.links).`);
   }
-  return {volume: read('volume'), mass: read('mass'), young: read('young'), poisson: read('poisson'), links};
+  const material = read('material');
+  if (material.some((k) => k >= kinds)) {
+    throw new ClipError(`The data in this file are inconsistent (level${index}.material).`);
+  }
+  return {
+    volume: read('volume'), mass: read('mass'), young: read('young'), poisson: read('poisson'), links, material,
+    materials: array('materials', kinds, kMaterialNumbers),
+    memory: remembers ? array('memory', kMemoryNumbers * count) : new Float32Array(0),
+  };
 }
 
 /** Bodies of all levels of the inflated section `levels`, the finest first. */
@@ -61,6 +73,6 @@ export function readBodies(container, header, object, recorded) {
   return header.levels.map((description, index) => {
     const level = index === recorded.level.index ? recorded.level
                                                  : readLevel(container, index, description, object.count, object.rows);
-    return new Body(header, level, readMaterial(container, index, description), recorded);
+    return new Body(header, level, readMaterial(container, index, description, header.solver.remembers), recorded);
   });
 }

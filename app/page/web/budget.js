@@ -8,8 +8,9 @@ const kGlance = 3;                // frames after which that is decided
 /** Times some frames (ms) from the start of the recording; null when cancelled. */
 async function measure(solver, body, held, framesPerSecond, cancelled, budget) {
   const {positions, gradients: F} = body.at(0), x = positions.map((value) => value * body.metres);
+  const {memory} = body.material, v = body.velocitiesAt(0, framesPerSecond);
   solver.load(body).catch(() => {});  // the next request fails as well
-  await solver.request({start: {frame: 0, x, v: body.velocitiesAt(0, framesPerSecond), F, held}});
+  await solver.request({start: {frame: 0, x, v, F, memory, held}});
   let total = 0, frames = 0;
   for (let frame = 0; frame < kWarmUp + kTimed; ++frame) {
     if (cancelled()) return null;

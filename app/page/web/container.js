@@ -4,7 +4,7 @@ const kFormat = 'pliant-clip';
 const kVersion = 1;
 const kTypes = {
   u8: Uint8Array, u16: Uint16Array, u32: Uint32Array, i8: Int8Array, i16: Int16Array, i32: Int32Array,
-  f32: Float32Array,
+  f32: Float32Array, f64: Float64Array,
 };
 
 /** A failure that a person can understand: what is wrong, and what to do about it. */
@@ -156,14 +156,14 @@ export class Container {
     const count = shape.reduce((a, b) => a * b, 1), offset = descriptor.offset;
     const buffer = this.inflated.get(descriptor.section);
     if (!buffer) throw damaged(`section ${descriptor.section} is missing`);
-    if (!Number.isInteger(offset) || offset < 0 || offset % 4 ||
+    if (!Number.isInteger(offset) || offset < 0 || offset % type.BYTES_PER_ELEMENT ||
         offset + count * type.BYTES_PER_ELEMENT > buffer.byteLength) {
       throw damaged('outside its section');
     }
     const {low = 0, high = 1} = descriptor;
     if (!Number.isFinite(low) || !Number.isFinite(high)) throw damaged('range');
     const values = new type(buffer, offset, count);
-    if (type === Float32Array && !values.every(Number.isFinite)) throw damaged('not finite');
+    if ((type === Float32Array || type === Float64Array) && !values.every(Number.isFinite)) throw damaged('not finite');
     return {values, low, span: high - low, steps: 2 ** (8 * type.BYTES_PER_ELEMENT) - 1};
   }
 }

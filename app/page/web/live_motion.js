@@ -36,7 +36,8 @@ export class LiveMotion {
     this.body = body;
     this.#guard(this.solver.load(body));
     const x = now.positions.map((value) => value * body.metres), F = now.gradients.slice();
-    this.#guard(this.solver.request({start: {frame, x, v, F, held: this.held}}, [x.buffer, F.buffer]));
+    const memory = body.material.memory.slice();
+    this.#guard(this.solver.request({start: {frame, x, v, F, memory, held: this.held}}, [x.buffer, F.buffer]));
     this.recording = new Recording(body, frame, this.held.length);
     this.script = script;
     if (script) this.settings = {...this.defaults};

@@ -2,7 +2,7 @@
 
 import {chooseLevel} from './budget.js';
 import {ClipError} from './container.js';
-import {report} from './messages.js';
+import {report, showStatus} from './messages.js';
 import {Hand} from './tools.js';
 import {LiveMotion} from './live_motion.js';
 import {Tint} from './tint.js';
@@ -63,16 +63,23 @@ export class Physics {
     return least < kSlow * timeScale ? least : null;
   }
 
-  /** Hands the object over to the solver as it is shown, at a whole frame so that recordings can start there. */
+  /**
+   * Hands the object over to the solver as it is shown, at a whole frame so that recordings can start there; one whose
+   * material remembers what was done to it as it is in the first frame.
+   */
   enter() {
     if (this.running) return;
-    this.#begin(Math.round(this.viewer.shown ?? this.player.frame), this.body, null);
+    const shown = Math.round(this.viewer.shown ?? this.player.frame);
+    const frame = this.header.solver.remembers ? 0 : shown;
+    this.#begin(frame, this.body, null);
+    if (frame !== shown) showStatus('What is done to this material stays done, so you begin where the clip begins.');
   }
 
   /** Goes back to the recording, at the frame where it was left. */
   leave() {
     if (!this.running) return;
     this.live.stop();
+    if (this.header.solver.remembers) showStatus('');
     this.#showRecorded();
     this.measure().catch(report);
   }

@@ -4,10 +4,12 @@
 /**
  * A host of the WebAssembly module.  `handle` takes a request and returns its answer:
  *  {module: bytes};
- *  {body: {numbers [13], metres, position, volume, mass, young, poisson, links}}, arrays [N, 3] or [N] in SI units,
- *    `metres` those of a scene unit, links [L, 2] of what hangs together (empty: all that shares a cell);
- *  {start: {x, v, F, held}}: positions (m), velocities (m/s), gradients (rows), numbers of what acts from the start
- *    (and the frame of the recording that they are of, for other solvers);
+ *  {body: {numbers [11], metres, position, volume, mass, young, poisson, material, materials, links}}, arrays [N, 3] or
+ *    [N] in SI units, `metres` those of a scene unit, `material` which of the rows of `materials` [K, 15], links [L, 2]
+ *    of what hangs together (empty: all that shares a cell);
+ *  {start: {x, v, F, memory, held}}: positions (m), velocities (m/s), gradients (rows), what the law remembers (empty:
+ *    nothing), numbers of what acts from the start (and the frame of the recording that they are of, for other
+ *    solvers);
  *  {step: {commands, frames}}: commands in order, then frames.  Answers {positions (scene units), velocities (m/s),
  *    gradients, substeps, ms (of a frame), forces [[number, x, y, z]] (N), holds [[number, x, y, z]] (m), failed}.
  * Commands: ['begin', number, numbers], ['move', number, x, y, z], ['drag', number, x, y, z] (by how much the hand has
@@ -17,9 +19,9 @@
  * frame without velocities, and else from the start without velocities.
  */
 export function createSolverHost() {
-  const kGrab = 4;
+  const kGrab = 4, kMaterialNumbers = 15;
   let compiled = null, solver = null, body = null, count = 0;
-  let good = null;         // {x, v, F} of the last frame
+  let good = null;         // {x, v, F, memory} of the last frame
   let first = null;        // and of the start
   let held = new Map();    // number -> numbers, of what acts from the start and has not been ended
   let heldAsCaptured = -1;  // whether a pin held the body as it was captured, 1 or 0; -1: the first instance finds out
@@ -84,20 +86,24 @@ export function createSolverHost() {
   }
 
   function open() {
-    const {numbers, position, volume, mass, young, poisson, links} = body;
-    call('solver_body', [count], [Float64Array.from(numbers), position, volume, mass, young, poisson]);
+    const {numbers, position, volume, mass, young, poisson, material, materials, links} = body;
+    call('solver_body', [count, materials.length / kMaterialNumbers],
+        [Float64Array.from(numbers), materials, material, position, volume, mass, young, poisson]);
     call('solver_link', [links.length / 2], [links]);
     active = new Map();
     for (const [number, numbers] of held) {
       call('solver_hold', [], [Float64Array.from(numbers)]);
       active.set(number, {inSession: active.size});
     }
-    heldAsCaptured = call('solver_start', [heldAsCaptured], [good.x, good.v, good.F]);
+    heldAsCaptured = call('solver_start', [heldAsCaptured], [good.x, good.v, good.F, good.memory]);
   }
 
   function keep() {
-    const read = (name, size) => view(Float32Array, solver[name](), size * count).slice();
-    const state = {x: read('solver_positions', 3), v: read('solver_velocities', 3), F: read('solver_gradients', 9)};
+    const read = (name, size) => view(Float32Array, solver[name](), size).slice();
+    const state = {
+      x: read('solver_positions', 3 * count), v: read('solver_velocities', 3 * count),
+      F: read('solver_gradients', 9 * count), memory: read('solver_memory', good.memory.length),
+    };
     let sum = 0;
     for (let i = 0; i < state.x.length; ++i) sum += state.x[i];
     for (let i = 0; i < state.F.length; ++i) sum += state.F[i];
@@ -140,7 +146,7 @@ export function createSolverHost() {
 
   /** One frame with a new instance, from the first of these states with which it works; its substeps. */
   function recover() {
-    const rest = ({x, F}) => ({x, v: new Float32Array(x.length), F});
+    const rest = ({x, F, memory}) => ({x, v: new Float32Array(x.length), F, memory});
     const states = [good, rest(good), rest(first)];
     for (const [attempt, state] of states.entries()) {
       instantiate();
@@ -188,8 +194,8 @@ export function createSolverHost() {
       count = body.mass.length;
       return {};
     },
-    start: ({x, v, F, held: numbers}) => {
-      first = good = {x, v, F};
+    start: ({x, v, F, memory, held: numbers}) => {
+      first = good = {x, v, F, memory};
       held = new Map(numbers.map((row, number) => [number, row]));
       heldAsCaptured = -1;
       try {

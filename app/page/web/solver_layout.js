@@ -67,9 +67,7 @@ export function regionContains({region, point, vector, radius}, [x, y, z]) {
 
 /** Numbers of a body for solver_body: `solver` of the header, and the size of a cell (m). */
 export function bodyNumbers(solver, cellSize) {
-  const {fps, damping_time: damping, gravity, contact_friction: friction, law, viscosity_time: viscosity} = solver;
+  const {fps, damping_time: damping, gravity, contact_friction: friction} = solver;
   const {grid, flip_time: flip, sleep_speed: sleep} = solver;
-  return [
-    cellSize, fps, damping, ...gravity, 0, friction ?? 0, law ?? 0, viscosity ?? 0, grid ?? 0, flip ?? 0, sleep ?? 0,
-  ];
+  return [cellSize, fps, damping, ...gravity, 0, friction ?? 0, grid ?? 0, flip ?? 0, sleep ?? 0];
 }

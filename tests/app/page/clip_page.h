@@ -48,6 +48,69 @@ class ClipPageTest : public MovingRun {
     return {*low, *high};
   }
 
+  /// The top pulled sideways by .3 of the height in 20 of 30 frames and let go for another 20, in the page and
+  /// natively.
+  struct Drag {
+    nlohmann::json recording;
+    std::string said;                          ///< in the line of the page's status
+    double newtons = 0;                        ///< largest mean force of a frame
+    double worst = 0, farthest = 0, left = 0;  ///< scene units: largest difference and motion; motion at the end
+  };
+  /// `before`: JavaScript that runs when the page is ready.
+  Drag drag(const std::filesystem::path& file, const std::filesystem::path& run, const std::string& before = "") const {
+    Drag out;
+    const nlohmann::json answer = evaluate("(async () => {" + names_of_top(0.3f) + R"(
+      await pliant.ready;
+      await pliant.solver.ready;
+    )" + before + R"(
+      const frames = [];
+      await pliant.advance(0);
+      const keep = () => frames.push(Array.from(pliant.drivers()));
+      keep();
+      const grab = pliant.grab(place, radius);
+      const said = document.getElementById('status').textContent;
+      let newtons = 0;
+      for (let k = 1; k <= 50; ++k) {
+        if (k <= 30) pliant.drag(grab, hand.map((x) => x * Math.min(1, k / 20)));
+        if (k === 31) pliant.release(grab);
+        const {forces} = await pliant.advance(1);
+        newtons = Math.max(newtons, ...Object.values(forces).map((f) => Math.hypot(...f)));
+        keep();
+      }
+      return {frames, newtons, said, recording: pliant.recording(), violations: pliant.violations,
+        errors: pliant.errors};
+    })())",
+                                           file);
+    EXPECT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+    if (!answer.contains("value")) return out;
+    const nlohmann::json& value = answer["value"];
+    EXPECT_EQ(value["violations"], nlohmann::json::array());
+    EXPECT_EQ(value["errors"], nlohmann::json::array());
+    out.recording = value["recording"];
+    out.said = value["said"];
+    out.newtons = value["newtons"];
+    const std::string recording = (folder / "recording.json").string();
+    write_text(recording, out.recording.dump());
+    EXPECT_EQ(run_quietly({"simulate", run.string(), "--recording", recording}), 0);
+    const TrajectoryFile native = read_trajectory(run / object_folder(*run_) / "recording.h5");
+    EXPECT_EQ(native.frames.size(), value["frames"].size());
+    for (size_t f = 0; f < native.frames.size(); ++f) {
+      const std::vector<float> page = value["frames"][f];
+      const std::vector<Vec3f>& expected = native.frames[f].position;
+      EXPECT_EQ(page.size(), 3 * expected.size());
+      out.left = 0;
+      for (size_t i = 0; i < expected.size(); ++i) {
+        const Vec3f x(page[3 * i], page[3 * i + 1], page[3 * i + 2]);
+        out.worst = std::max<double>(out.worst, (x - expected[i]).norm());
+        out.left = std::max<double>(out.left, (x - native.frames[0].position[i]).norm());
+      }
+      out.farthest = std::max(out.farthest, out.left);
+    }
+    std::printf("[ drag ] largest motion %.3g of the height, %.3g at the end, largest difference %.2g, force %.3g N\n",
+                out.farthest / height(), out.left / height(), out.worst / height(), out.newtons);
+    return out;
+  }
+
   /// What the expression gives in the page.
   nlohmann::json evaluate(const std::string& expression, const std::filesystem::path& file = page()) const {
     return evaluate_in_page(expression, file.string(), folder);

@@ -63,54 +63,30 @@ TEST_F(ClipPageTest, ShowsWhatRenderShowsAtRestAndDeformed) {
 
 TEST_F(ClipPageTest, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
-  const float height = this->height();
-  const json answer = evaluate("(async () => {" + names_of_top(0.3f) + R"(
-    await pliant.ready;
-    await pliant.solver.ready;
-    const frames = [];
-    await pliant.advance(0);
-    frames.push(Array.from(pliant.drivers()));
-    const grab = pliant.grab(place, radius);
-    const step = async () => {
-      const answer = await pliant.advance(1);
-      frames.push(Array.from(pliant.drivers()));
-      return answer;
-    };
-    let newtons = 0;
-    for (let k = 1; k <= 30; ++k) {
-      pliant.drag(grab, hand.map((x) => x * Math.min(1, k / 20)));
-      const {forces} = await step();
-      newtons = Math.max(newtons, ...Object.values(forces).map((f) => Math.hypot(...f)));
-    }
-    pliant.release(grab);
-    for (let k = 0; k < 20; ++k) await step();
-    return {frames, newtons, recording: pliant.recording(), violations: pliant.violations, errors: pliant.errors};
-  })())");
-  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
-  const json& value = answer["value"];
-  EXPECT_EQ(value["violations"], json::array());
-  EXPECT_EQ(value["errors"], json::array());
-  EXPECT_GT(value["newtons"].get<double>(), 0.001);
-  write_text(folder / "recording.json", value["recording"].dump());
-  ASSERT_EQ(run_quietly({"simulate", (folder / "run").string(), "--recording", (folder / "recording.json").string()}),
+  const Drag drag = this->drag(page(), folder / "run");
+  EXPECT_GT(drag.newtons, 0.001);
+  EXPECT_GT(drag.farthest, 0.2 * height());
+  EXPECT_LT(drag.worst, 0.02 * height());
+}
+
+// Plasticine stays where it was pulled to.
+TEST_F(ClipPageTest, AMaterialThatYieldsIsPulledFromTheFirstFrameOn) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const fs::path plastic = folder / "plastic", clip = folder / "plastic.html";
+  fs::copy(folder / "run", plastic, fs::copy_options::recursive);
+  ASSERT_EQ(run_quietly({"simulate", plastic.string(), "--young", "2e4", "--poisson", "0.3", "--density", "400",
+                         "--law", "plasticine", "--yield-stress", "600", "--duration", "0.3"}),
             0);
-  const TrajectoryFile native = read_trajectory(folder / "run" / object_folder(*run_) / "recording.h5");
-  ASSERT_EQ(native.frames.size(), 51);
-  ASSERT_EQ(value["frames"].size(), 51);
-  double worst = 0, farthest = 0;
-  for (size_t f = 0; f < 51; ++f) {
-    const std::vector<float> page = value["frames"][f];
-    ASSERT_EQ(page.size(), 3 * native.frames[f].position.size());
-    for (size_t i = 0; i < native.frames[f].position.size(); ++i) {
-      const Vec3f x(page[3 * i], page[3 * i + 1], page[3 * i + 2]);
-      worst = std::max<double>(worst, (x - native.frames[f].position[i]).norm());
-      farthest = std::max<double>(farthest, (x - native.frames[0].position[i]).norm());
-    }
-  }
-  std::printf("[ drag ] largest motion %.3g of the height, largest difference %.2g, largest force %.3g N\n",
-              farthest / height, worst / height, value["newtons"].get<double>());
-  EXPECT_GT(farthest, 0.2 * height);
-  EXPECT_LT(worst, 0.02 * height);
+  ASSERT_EQ(run_quietly({"export", plastic.string(), "--html", clip.string()}), 0);
+  const Drag drag = this->drag(clip, plastic, R"(
+    for (let k = 0; k < 5; ++k)
+      document.body.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
+  )");
+  EXPECT_EQ(drag.recording["start_frame"], 0);
+  EXPECT_NE(drag.said.find("where the clip begins"), std::string::npos) << drag.said;
+  EXPECT_GT(drag.farthest, 0.2 * height());
+  EXPECT_GT(drag.left, 0.1 * height());
+  EXPECT_LT(drag.worst, 0.02 * height());
 }
 
 TEST_F(ClipPageTest, PushesAreOverAfterTheirFrameHoweverManyThereAre) {

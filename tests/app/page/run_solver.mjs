@@ -1,5 +1,5 @@
 // Runs the solver of clip.html in node: node run_solver.mjs MODULE.wasm CASE.json OUT
-// CASE: {solver, cell_size, position, volume, mass, young, poisson, links, script [{frame, begin [22]} | {frame, move:
+// CASE: {solver, cell_size, position, volume, mass, young, poisson, links, materials, material, start, script [{frame, begin [22]} | {frame, move:
 // [number, x, y, z]} | {frame, end: number} | {frame, set: [5]}], frames}, `solver` as in the header of a clip.html.
 // Writes positions and deformation gradients of every frame as float32 and prints milliseconds and substeps.
 // A CASE with `steps`, a list of {commands, frames}, is run by the host of the page instead (see createSolverHost), and
@@ -12,18 +12,21 @@ const ofPage = (name) => {
   return import(`data:text/javascript,${encodeURIComponent(text)}`);
 };
 const {bodyNumbers} = await ofPage('solver_layout.js');
+const kMaterialNumbers = 15;
 const [wasm, file, out] = process.argv.slice(2);
 const text = fs.readFileSync(file, 'utf8'), run = JSON.parse(text);
 if (run.steps) {
   const host = (await ofPage('solver_host.js')).createSolverHost(), floats = (values) => Float32Array.from(values);
-  const {position, volume, mass, young, poisson} = run, F = new Float32Array(9 * volume.length);
-  for (let k = 0; k < F.length; ++k) F[k] = k % 9 % 4 === 0 ? 1 : 0;
+  const {position, volume, mass, young, poisson} = run, {x, v, F, memory} = run.start;
   host.handle({module: fs.readFileSync(wasm)});
   host.handle({body: {
     numbers: bodyNumbers(run.solver, run.cell_size), metres: 1, position: floats(position), volume: floats(volume),
     mass: floats(mass), young: floats(young), poisson: floats(poisson), links: Int32Array.from(run.links),
+    materials: Float64Array.from(run.materials), material: Uint16Array.from(run.material),
   }});
-  host.handle({start: {x: floats(position), v: new Float32Array(position.length), F, held: run.solver.held}});
+  host.handle({start: {
+    x: floats(x), v: floats(v), F: floats(F), memory: floats(memory), held: run.solver.held,
+  }});
   const answers = run.steps.map((step) => host.handle({step}));
   console.log(JSON.stringify(answers.map(({failed, forces}) => ({failed, forces}))));
   process.exit(0);
@@ -58,15 +61,14 @@ const put = (values, Type) => {
 };
 const n = run.volume.length;
 try {
-  solver.solver_body(n, put(bodyNumbers(run.solver, run.cell_size), Float64Array), put(run.position, Float32Array),
-      put(run.volume, Float32Array), put(run.mass, Float32Array), put(run.young, Float32Array),
+  solver.solver_body(n, run.materials.length / kMaterialNumbers,
+      put(bodyNumbers(run.solver, run.cell_size), Float64Array), put(run.materials, Float64Array),
+      put(run.material, Uint16Array), put(run.position, Float32Array), put(run.volume, Float32Array), put(run.mass, Float32Array), put(run.young, Float32Array),
       put(run.poisson, Float32Array));
   solver.solver_link(run.links.length / 2, put(run.links, Int32Array));
   for (const numbers of run.solver.held) solver.solver_hold(put(numbers, Float64Array));
-  const identity = new Float32Array(9 * n);
-  for (let i = 0; i < n; ++i) identity[9 * i] = identity[9 * i + 4] = identity[9 * i + 8] = 1;
-  solver.solver_start(-1, put(run.position, Float32Array), put(new Float32Array(3 * n), Float32Array),
-      put(identity, Float32Array));
+  const {x, v, F, memory: remembered} = run.start;
+  solver.solver_start(-1, ...[x, v, F, remembered].map((values) => put(values, Float32Array)));
   const chunks = [];
   let milliseconds = 0, substeps = 0;
   for (let frame = 0; frame < run.frames; ++frame) {

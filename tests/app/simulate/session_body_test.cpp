@@ -3,6 +3,7 @@
 #include "app/simulate/session_body.h"
 
 #include "app/import/material_fields.h"
+#include "app/live/live_scene.h"
 #include "app/store/material.h"
 #include "physics/simulate/session.h"
 #include "tests/app/simulate/bar_run.h"
@@ -23,7 +24,10 @@ class SessionBody : public BarRun {
 
   SessionSetup setup(const ParticleFile& particles) const {
     const RunDirectory directory = RunDirectory::open(folder_ / "run");
-    return session_setup(directory, load_run_scene(directory), particles);
+    MovingScene moving;
+    moving.particles = particles;
+    moving.trajectory = motion();
+    return session_setup(directory, load_run_scene(directory), moving);
   }
   SessionSetup setup() const { return setup(particles_); }
   Particles body(const SessionSetup& setup) const {
@@ -205,7 +209,7 @@ TEST_F(SessionBody, ASolvedRestShapeCountsFromTheCapturedOne) {
   const SessionSetup setup = this->setup();
   const Particles particles = body(setup);
   for (const size_t f : {size_t{0}, frames.size() - 1}) {
-    Session session(setup.options, particles, setup.held, state_of(frames, f, all.fps, 1, particles));
+    Session session(setup.options, particles, setup.held, state_of(frames, f, all.fps, 1, particles, {}));
     float most = 0;
     for (int frame = 0; frame < 30; ++frame) {
       session.advance();
@@ -214,6 +218,55 @@ TEST_F(SessionBody, ASolvedRestShapeCountsFromTheCapturedOne) {
     }
     EXPECT_LT(most, 1e-3f) << f;
   }
+}
+
+// What flowed while the body settled does not spring back.
+TEST_F(SessionBody, ALawWithAMemoryStartsWithTheFirstFrameAndWhatItRemembersThere) {
+  make(false);
+  fs::copy_file(folder_ / "scene.ply", object() / "object.ply");
+  const std::string ground = script(json::array({row_of("ground", {{"point", {0, 0, -0.005}}})}));
+  for (const std::vector<std::string>& law : {std::vector<std::string>{"plasticine", "--yield-stress", "200"},
+                                              {"viscoelastic", "--branch-shear", "5e3", "--branch-viscosity", "5e4"}}) {
+    std::vector<std::string> words = {"--young", "5e3", "--duration", "0.2", "--interactions", ground, "--law"};
+    words.insert(words.end(), law.begin(), law.end());
+    ASSERT_EQ(simulate(words), 0) << law[0];
+    const TrajectoryFile all = motion();
+    ASSERT_TRUE(all.memory.has_value());
+    const SessionSetup setup = this->setup();
+    EXPECT_EQ(setup.refused, "");
+    EXPECT_TRUE(setup.remembers);
+    EXPECT_EQ(setup.material.branch_viscosity, law[0] == "viscoelastic" ? 5e4 : 0);
+    const Particles particles = body(setup);
+    std::vector<DriverFrame> frames;
+    for (const TrajectoryFile::Frame& frame : all.frames) frames.push_back({frame.position, frame.F});
+    const auto departure_from = [&](const TrajectoryFile::Memory& memory) {
+      Session session(setup.options, particles, setup.held, state_of(frames, 0, all.fps, 1, particles, memory));
+      float most = 0;
+      for (const DriverFrame& frame : frames) {
+        for (size_t i = 0; i < particles.size(); ++i)
+          most = std::max(most, (session.state().x[i] - frame.position[i]).norm());
+        session.advance();
+      }
+      return most;
+    };
+    const float departure = departure_from(*all.memory);
+    EXPECT_LT(departure, 1e-3f) << law[0];
+    TrajectoryFile::Memory nothing = *all.memory;
+    nothing.F = frames[0].F;
+    for (Mat3f& F : nothing.F_viscous) F.setIdentity();
+    EXPECT_GT(departure_from(nothing), 2 * departure) << law[0];
+
+    const RunDirectory directory = RunDirectory::open(folder_ / "run");
+    const LiveScene live = load_live_scene(directory, load_run_scene(directory), "here");
+    EXPECT_EQ(LiveBody(live, {0, 0, 0}, "here").state.memory.size(), particles.size());
+    EXPECT_EQ(LiveBody(live, {0, 8, 0}, "here").state.memory.size(), 8u);
+    expect_error(Failure::kInput, {"start_frame", "frame 0"}, [&] { LiveBody(live, {0, 0, 1}, "here"); });
+  }
+  // An earlier version did not write it.
+  TrajectoryFile old = motion();
+  old.memory.reset();
+  write_trajectory(object() / "trajectory.h5", old, "{}");
+  EXPECT_NE(setup().refused.find("earlier version"), std::string::npos);
 }
 
 TEST_F(SessionBody, AnObjectMayHaveANameThatHdf5DoesNotTake) {
