@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
-#include "app/simulate/pictures.h"
-#include "app/simulate/render_stage.h"
+#include "app/render/pictures.h"
+#include "app/render/render_stage.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {

@@ -10,6 +10,7 @@
 #include "app/run/attach_scene.h"
 #include "app/simulate/moving_scene.h"
 #include "app/simulate/simulate_stage.h"
+#include "app/simulate/simulation_plan.h"
 #include "app/store/particles.h"
 #include "fitting/observe/check_video.h"
 #include "fitting/observe/track_pixels.h"

@@ -9,6 +9,7 @@
 #include "app/fit/fit_video.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/simulate_stage.h"
+#include "app/simulate/simulation_plan.h"
 #include "fitting/fit/fit_distilled.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "app/render/render_stage.h"
 #include "app/run/attach_scene.h"
-#include "app/simulate/render_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"

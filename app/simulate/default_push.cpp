@@ -7,6 +7,7 @@
 
 #include "app/import/interactions.h"
 #include "app/simulate/clip_camera.h"
+#include "app/simulate/simulation_plan.h"
 #include "gaussians/io/splats/ply.h"
 
 namespace pliant {

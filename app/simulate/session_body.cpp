@@ -8,6 +8,7 @@
 #include "app/run/attach_scene.h"
 #include "app/simulate/given_fields.h"
 #include "app/simulate/object_material.h"
+#include "app/simulate/simulation_plan.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "physics/simulate/loads.h"

@@ -11,6 +11,7 @@
 #include "app/simulate/given_fields.h"
 #include "app/simulate/motion.h"
 #include "app/simulate/simulated_body.h"
+#include "app/simulate/simulation_plan.h"
 #include "app/simulate/stiffness_sheet.h"
 #include "app/store/material.h"
 #include "app/store/trajectory.h"

@@ -7,20 +7,12 @@
 #include <cmath>
 #include <map>
 
+#include "fitting/fit/marker_window.h"
 #include "fitting/solve/correlation.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
-
-constexpr int kFewestSamples = 4;  // one more than unknowns
-
-/// What was measured of the markers on the body in the window, as displacements from rest.
-struct Measured {
-  std::vector<double> time;                      // [T]
-  std::vector<std::vector<Vec3d>> displacement;  // [T][bound]
-  std::vector<std::vector<double>> weight;
-};
 
 class MarkerFit {
  public:
@@ -32,7 +24,8 @@ class MarkerFit {
         state_(std::move(state)),
         sink_(sink),
         tracks_(tracks),
-        onset_(find_onset(options, tracks)),
+        window_{options.rest_begin, options.release, options.release_range, options.window},
+        onset_(marker_release(window_, tracks)),
         rest_(mean_position(tracks, options.rest_begin, onset_)),
         model_(options.model, particles, interactions, rest_) {
     for (size_t k = 0; k < tracks.markers(); ++k)
@@ -44,17 +37,7 @@ class MarkerFit {
     double log_young = 0;
     for (size_t i = 0; i < particles.size(); ++i) log_young += particles.volume[i] * std::log(particles.young[i]);
     young_ = std::exp(log_young / particles.total_volume());
-    for (size_t t = 0; t < tracks.samples(); ++t) {
-      if (tracks.time[t] < onset_ - options.release_range || tracks.time[t] > onset_ + options.window) continue;
-      measured_.time.push_back(tracks.time[t]);
-      measured_.displacement.emplace_back();
-      measured_.weight.emplace_back();
-      for (const int k : model_.bound()) {
-        measured_.displacement.back().push_back(tracks.position[t][k] - rest_[k]);
-        measured_.weight.back().push_back(tracks.weight[t][k]);
-      }
-    }
-    check_window();
+    measured_ = marker_window(window_, tracks, onset_, model_.bound(), rest_);
   }
 
   MarkerFitResult run() {
@@ -74,50 +57,6 @@ class MarkerFit {
   }
 
  private:
-  static double find_onset(const MarkerFitOptions& options, const MarkerTracks& tracks) {
-    if (std::isfinite(options.release)) {
-      const double begin = std::max(options.rest_begin, tracks.time.front()), end = tracks.time.back();
-      if (!(options.release >= begin && options.release < end))
-        throw usage_error("--marker-release", fmt::format("{:.4g} s", options.release),
-                          fmt::format("is not between the begin of rest at {:.4g} s and the end of the recording at "
-                                      "{:.4g} s",
-                                      begin, end),
-                          "give a time between them, or check --marker-rest");
-      return options.release;
-    }
-    // Still until the onset: first against the first places, then against the mean of those before it.
-    const auto first = std::lower_bound(tracks.time.begin(), tracks.time.end(), options.rest_begin);
-    if (first == tracks.time.end())
-      throw input_error("markers", "", "the recording ends before the body is at rest", "check --marker-rest");
-    const std::ptrdiff_t skip = first - tracks.time.begin();
-    MarkerTracks later = tracks;
-    later.time.erase(later.time.begin(), later.time.begin() + skip);
-    later.position.erase(later.position.begin(), later.position.begin() + skip);
-    later.weight.erase(later.weight.begin(), later.weight.begin() + skip);
-    double onset = *first;
-    for (int pass = 0; pass < 2; ++pass) onset = onset_of_motion(later, mean_position(later, *first, onset));
-    if (onset <= *first)
-      throw input_error("markers", "", "they move from the first sample on, or not at all",
-                        "record the body at rest before its release, or give --marker-release");
-    return onset;
-  }
-
-  /// Refuses a window after the release in which too little was measured.
-  void check_window() const {
-    int samples = 0;
-    for (size_t t = 0; t < measured_.time.size(); ++t) {
-      const std::vector<double>& weight = measured_.weight[t];
-      if (measured_.time[t] >= onset_ && std::any_of(weight.begin(), weight.end(), [](double w) { return w > 0; }))
-        ++samples;
-    }
-    if (samples < kFewestSamples)
-      throw input_error("markers", "",
-                        fmt::format("have {} sample{} from {:.4g} s to {:.4g} s, the window after the release", samples,
-                                    samples == 1 ? "" : "s", onset_, onset_ + options_.window),
-                        fmt::format("at least {} are fitted: give a longer --marker-window or check --marker-release",
-                                    kFewestSamples));
-  }
-
   void say(const std::string& line) const {
     if (progress_) progress_(line);
   }
@@ -178,10 +117,7 @@ class MarkerFit {
     return loss;
   }
   MarkerFitResult::Candidate candidate(const MarkerFitState::Simulated& simulated) const {
-    double seen = 0;
-    for (const std::vector<double>& weight : measured_.weight)
-      for (const double w : weight) seen += w;
-    return {young_ * factor(simulated.step), options_.sigma * std::sqrt(simulated.loss / seen)};
+    return {young_ * factor(simulated.step), options_.sigma * std::sqrt(simulated.loss / measured_.total_weight())};
   }
   double factor(int step) const { return std::pow(10.0, step * options_.search_step); }
 
@@ -240,18 +176,6 @@ class MarkerFit {
     return best;
   }
 
-  /// When every marker on the body has been seen at rest.
-  double earliest_release() const {
-    double earliest = tracks_.time.front();
-    for (const int k : model_.bound())
-      for (size_t t = 0; t < tracks_.samples(); ++t)
-        if (tracks_.time[t] >= options_.rest_begin && tracks_.weight[t][k] > 0) {
-          earliest = std::max(earliest, tracks_.time[t]);
-          break;
-        }
-    return earliest;
-  }
-
   void refine(MarkerParameters& p) {
     struct Unknown {
       double start, difference, low, high, largest_step;
@@ -260,7 +184,8 @@ class MarkerFit {
     if (options_.fit_young) unknowns.push_back({std::log(p.young_factor), 0.02, -INFINITY, INFINITY, 0.3});
     if (options_.fit_damping) unknowns.push_back({std::log(p.damping_time), 0.05, std::log(1e-5), std::log(1e3), 1});
     if (options_.fit_release)
-      unknowns.push_back({p.release, 1e-3, std::max(p.release - options_.release_range, earliest_release()),
+      unknowns.push_back({p.release, 1e-3,
+                          std::max(p.release - options_.release_range, seen_at_rest(window_, tracks_, model_.bound())),
                           p.release + options_.release_range, 0.02});
     if (unknowns.empty()) return;
     GaussNewtonOptions gauss;
@@ -340,11 +265,12 @@ class MarkerFit {
   MarkerFitState state_;
   const MarkerFitSink& sink_;
   const MarkerTracks& tracks_;
+  MarkerWindowOptions window_;
   double onset_;
   std::vector<Vec3d> rest_;  // [K]
   MarkerModel model_;
   double young_ = 0;  // of the particles as given
-  Measured measured_;
+  MarkerWindow measured_;
   int substeps_ = 0;
   std::map<std::pair<double, double>, MarkerMotion> motions_;  // by E factor and damping
   MarkerFitResult result_;

@@ -4,11 +4,11 @@
 #include "app/fit/fit_stage.h"
 #include "app/page/page_stage.h"
 #include "app/predict/predict_stage.h"
+#include "app/render/render_stage.h"
 #include "app/seed/seed_stage.h"
 #include "app/segment/extract_stage.h"
 #include "app/segment/repair_stage.h"
 #include "app/simulate/export_stage.h"
-#include "app/simulate/render_stage.h"
 #include "app/simulate/simulate_stage.h"
 
 namespace pliant {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/simulate/session_body.h"
+#include "app/simulate/simulation_plan.h"
 #include "tests/app/simulate/bar_run.h"
 
 namespace pliant {

@@ -1,4 +1,4 @@
-#include "app/simulate/pictures.h"
+#include "app/render/pictures.h"
 
 #include <algorithm>
 #include <cctype>
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/simulate/clip_shot.h"
+#include "app/render/clip_shot.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/camera_path.h"

@@ -1,4 +1,4 @@
-#include "app/simulate/render_stage.h"
+#include "app/render/render_stage.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <optional>
 #include <tuple>
 
+#include "app/render/object_layer.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/moving_scene.h"
-#include "app/simulate/object_layer.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"

@@ -1,4 +1,4 @@
-#include "app/simulate/clip_shot.h"
+#include "app/render/clip_shot.h"
 
 #include <cmath>
 #include <cstdio>

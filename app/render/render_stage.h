@@ -3,9 +3,9 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "app/render/clip_shot.h"
 #include "app/run/options.h"
 #include "app/run/stage_inputs.h"
-#include "app/simulate/clip_shot.h"
 #include "gaussians/io/scene/scene.h"
 
 namespace pliant {

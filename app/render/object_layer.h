@@ -4,7 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/simulate/clip_shot.h"
+#include "app/render/clip_shot.h"
 #include "gaussians/io/images/video.h"
 #include "gaussians/render/render.h"
 

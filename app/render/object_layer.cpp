@@ -1,4 +1,4 @@
-#include "app/simulate/object_layer.h"
+#include "app/render/object_layer.h"
 
 #include <fmt/format.h>
 
