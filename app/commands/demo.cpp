@@ -8,6 +8,7 @@
 #include "app/demo/kinds/kinds.h"
 #include "app/demo/make_demo.h"
 #include "app/demo/motion_cache.h"
+#include "app/run/run_directory.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/file_lock.h"
 #include "gaussians/io/files/files.h"
@@ -40,7 +41,8 @@ struct RemovedAtEnd {
 bool holds_demo(const fs::path& out, const json& wanted, bool overwrite) {
   if (!fs::is_directory(out)) throw usage_error("--out", out.string(), "is a file", "give a folder");
   const bool is_demo = fs::exists(out / kRecord);
-  const bool same = is_demo && json::parse(read_text(out / kRecord), nullptr, false) == wanted;
+  const json before = is_demo ? json::parse(read_text(out / kRecord), nullptr, false) : json();
+  const bool same = before == wanted;
   if (same && fs::exists(out / kScene)) return true;
   std::set<std::string> own = {kPartial, kLock};
   if (is_demo) {
@@ -52,8 +54,11 @@ bool holds_demo(const fs::path& out, const json& wanted, bool overwrite) {
       throw usage_error("--out", out.string(), "contains '" + name + "', which is not part of a demo",
                         "give a new or an empty folder");
   if (is_demo && !same && !overwrite)
-    throw usage_error("--out", out.string(), "contains a demo made with other options",
-                      "give --overwrite, or another folder");
+    throw usage_error(
+        "--out", out.string(),
+        "contains another demo: " + (before.is_object() ? first_difference(before, wanted, "setting")
+                                                        : kRecord + std::string(" is not a record of one")),
+        "give --overwrite, or another folder");
   return false;
 }
 

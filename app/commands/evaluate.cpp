@@ -34,10 +34,12 @@ void add_interval(CLI::App& command, ClipPart& score) {
   command.add_option("--fps", score.fps, "Frames per second of image folders")
       ->check(CLI::PositiveNumber)
       ->option_text("X");
-  command.add_option("--from", score.from, fmt::format("Start of the compared interval [s] [{}]", score.from))
+  command
+      .add_option("--from", score.from, fmt::format("Start of the compared interval of videos [s] [{}]", score.from))
       ->check(CLI::NonNegativeNumber)
       ->option_text("X");
-  command.add_option("--until", score.until, "End of the compared interval [s] (default: the end of the clip)")
+  command
+      .add_option("--until", score.until, "End of the compared interval of videos [s] (default: the end of the clip)")
       ->check(CLI::PositiveNumber)
       ->option_text("X");
 }
@@ -46,8 +48,8 @@ void add_score(CLI::App& command, MotionScore& score) {
   add_interval(command, score);
   command
       .add_option("--free-from", score.free_from,
-                  "Time after which no force acts [s] (default: of trajectories the end of the loads in "
-                  "interactions.json, else where the motion is largest)")
+                  "Time after which no force acts [s], of videos counted from --from (default: of trajectories the end "
+                  "of the loads in interactions.json, else where the motion is largest)")
       ->check(CLI::NonNegativeNumber)
       ->option_text("X");
 }

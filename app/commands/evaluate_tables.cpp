@@ -124,7 +124,7 @@ void add_calibration(CLI::App& evaluate, Program& program) {
   auto given = std::make_shared<Given>();
   sub->add_option("TABLE", given->table, "CSV: estimate, truth, sigma or low and high; quantity")->required();
   sub->add_option("--band", given->options.band,
-                  fmt::format("Probability that low and high were stated for [{}]", given->options.band))
+                  fmt::format("Probability that low and high were stated for [{}]", kUsualBand))
       ->check(CLI::Range(0.01, 0.999))
       ->option_text("X");
   add_out(*sub, program, kTables);

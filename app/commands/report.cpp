@@ -59,7 +59,7 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
   if (extract.contains("chosen")) add("object", extract["name"], "", extract["chosen"]);
   if (!scene.settings.up && !run.scene().contains("up"))
     add("up", fmt::format("{:.3f}, {:.3f}, {:.3f}", scene.up.x(), scene.up.y(), scene.up.z()), "", scene.up_source);
-  if (run.note("assumed_height").is_number())
+  if (assumed_height(run))
     add("height [m]", fmt::format("{:g}", scene.object_height), "", "typical height for the label");
   else if (scene.object_height == 0 && !scene.settings.metres_per_unit && !run.scene().contains("metres_per_unit"))
     add("length of a unit [m]", "1", "", "unknown");
@@ -67,15 +67,17 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
     const json& p = stages["predict"]["summary"];
     std::string source = fmt::format("{}: {}", p["understood"].get<std::string>(), p["source"].get<std::string>());
     const json given = p.value("given", json::array());
+    // E of a fit is found; the prediction says nothing of it or of the sway.
+    const bool fitted = stages["simulate"]["found"].value("fitted", false);
     const auto add_predicted = [&](const char* key, const char* what, int digits) {
       if (std::find(given.begin(), given.end(), key) != given.end()) return;
       add(what, fmt::format("{:.{}g}", p[key].get<double>(), digits), band_text(p[std::string(key) + "_band"]), source);
       source = "the same";
     };
-    add_predicted("young", "mean of Young's modulus E [Pa]", 3);
+    if (!fitted) add_predicted("young", "mean of Young's modulus E [Pa]", 3);
     add_predicted("poisson", "Poisson's ratio", 3);
     add_predicted("density", "density [kg/m^3]", 4);
-    if (p["frequency_hz"].is_number())
+    if (!fitted && p["frequency_hz"].is_number())
       add("sway frequency [Hz]", fmt::format("{:.2g}", p["frequency_hz"].get<double>()), band_text(p["frequency_band"]),
           source);
   }

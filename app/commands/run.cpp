@@ -52,6 +52,9 @@ void check_choice(const Scene& scene, const CLI::App& command, RunOptions& optio
     parse_interactions(read_text(simulate.interactions), {scene.metres_per_unit, scene.up}, simulate.interactions);
   // What will be predicted may be anything here.
   if (needs_prediction(scene, options.predict, simulate)) {
+    PredictStage predict = options.predict;
+    predict.given = simulate.material;
+    check_predict_stage(predict);
     simulate.material.young = simulate.material.young.value_or(kUnknownYoung);
     simulate.material.poisson = simulate.material.poisson.value_or(0.3);
     simulate.material.density = simulate.material.density.value_or(1000);

@@ -70,6 +70,7 @@ TrajectoryFile trajectory_of(const ReferenceMotion& motion, const std::string& n
   trajectory.object = name;
   trajectory.fps = motion.fps;
   trajectory.cell_size = motion.cell_size;
+  trajectory.up = Vec3d::UnitZ();  // of every stage
   for (const SimulationState& state : motion.frames) {
     TrajectoryFile::Frame frame;
     frame.time = state.time;

@@ -59,17 +59,25 @@ const Runs& runs_of(const Results& results, const std::string& scene) {
 /// Values of a metric in the runs of one scene, by method; NaN = failed.  Empty when no method knows it there.
 std::vector<std::vector<double>> values_of(const Metric& metric, const std::vector<Results>& results,
                                            const std::string& scene) {
-  std::set<std::string> known;  // runs
+  const auto is_single = [](const Runs& runs) { return runs.size() == 1 && runs.count(""); };
+  std::set<std::string> all, known;  // runs
+  bool single = false;
   for (const Results& own : results)
-    for (const auto& [run, result] : runs_of(own, scene))
-      if (metric_value(result, metric.key).is_number()) known.insert(run);
+    for (const auto& [run, result] : runs_of(own, scene)) {
+      all.insert(run);
+      if (!metric_value(result, metric.key).is_number()) continue;
+      known.insert(run);
+      single |= is_single(runs_of(own, scene));
+    }
   if (known.empty()) return {};
+  // A single result stands for all runs of the scene, so that none of them is one that no method knows.
+  if (single) known = all;
   std::vector<std::vector<double>> values;
   for (const Results& own : results) {
     const Runs& runs = runs_of(own, scene);
     // Who has SCENE.json alone has one result, whatever runs others have; who has runs lacks those that others have.
     std::set<std::string> wanted = known;
-    if (runs.count("") && runs.size() == 1)
+    if (is_single(runs))
       wanted = {""};
     else if (!runs.count("") && known.size() > 1)
       wanted.erase("");
@@ -133,7 +141,12 @@ Record record_of(const Metric& metric, const std::vector<double>& ours, const st
 
 std::vector<Metric> wanted_metrics(const CompareOptions& options, const Results& ours) {
   std::vector<Metric> wanted;
-  for (const std::string& text : options.metrics) wanted.push_back(metric_named(text, "--metric"));
+  for (const std::string& text : options.metrics) {
+    const Metric metric = metric_named(text, "--metric");
+    if (std::any_of(wanted.begin(), wanted.end(), [&](const Metric& other) { return other.key == metric.key; }))
+      throw usage_error("evaluate", "--metric", "has '" + metric.key + "' twice", "name each metric once");
+    wanted.push_back(metric);
+  }
   if (!wanted.empty()) return wanted;
   for (const Metric& metric : metric_table()) {
     const auto has = [&](const auto& run) { return metric_value(run.second, metric.key).is_number(); };

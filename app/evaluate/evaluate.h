@@ -10,7 +10,8 @@ namespace pliant {
 
 /// PSNR [dB], SSIM and MS-SSIM of two folders of pictures (or two pictures), paired by name without extension: mean,
 /// median and standard deviation over the pictures, and each of them.  The PSNR of identical pictures counts as
-/// kPsnrOfIdentical.  Pictures with transparency are compared over black.  The MS-SSIM of pictures smaller than 176 x
+/// kPsnrOfIdentical.  Pictures with transparency are compared over black.  A picture that has the other one's size only
+/// when its orientation tag turns it is turned.  The MS-SSIM of pictures smaller than 176 x
 /// 176 pixels is null, and averages leave it out. Missing, extra or differently sized pictures are an Error{kInput}.
 nlohmann::json evaluate_images(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 
@@ -23,10 +24,11 @@ struct SegmentationScore {
 /// Two folders of id pictures, or two files with labels per Gaussian (segmentation.h5, labels.h5).  miou = mean over
 /// the ids in the truth of intersection / union summed over all pictures; pixels that the truth leaves unlabelled do
 /// not count; a missing picture counts as IoU 0 where the truth has ids.  Pictures also give boundary_miou (Cheng et
-/// al. 2021).  Names come from labels.json in the folder or beside it, or from the files.  By name, an id that has the
-/// same name on both sides stays, a name that one id has on either side tells the true id, ids that neither side names
-/// stay, and others stand for nothing.  Matching by overlap is for ids without a meaning, as of associated masks: one
-/// to one, largest IoU first.
+/// al. 2021).  warnings: sentences about what the truth cannot tell, as where it labels one object and no background.
+/// Names come from labels.json in the folder or beside it, or from the files.  By name, an id that has the same name on
+/// both sides stays, a name that one id has on either side tells the true id, ids that neither side names stay, and
+/// others stand for nothing.  Matching by overlap is for ids without a meaning, as of associated masks: one to one,
+/// largest IoU first.
 nlohmann::json evaluate_segmentation(const std::filesystem::path& prediction, const std::filesystem::path& truth,
                                      const SegmentationScore& score = {});
 
@@ -43,11 +45,11 @@ nlohmann::json evaluate_nvos(const std::filesystem::path& prediction, const std:
 
 /// Two trajectory.h5, compared in metres.  Each true particle is compared with the predicted particle that is nearest
 /// at frame 0, by displacement since frame 0, at the true times.  Errors are relative to the object's height (its
-/// extent along up, or its largest extent when up is unknown).  Also the motion of the tip (top tenth; the tenth that
-/// moves most when up is unknown, or when the top moves less than a third as far, as of what hangs): displacement over
-/// time, peak, final / peak, dominant_frequency [Hz] of the damped oscillation (fit_oscillation) where it is free, null
-/// where there is none.  frequency_error is 1 where the truth alone oscillates.  free_from_s, free_from_by: as of
-/// evaluate_motion, or the peak of the truth ("largest motion").
+/// extent along up, that of the prediction where the truth does not say it, or its largest extent when up is unknown).
+/// Also the motion of the tip (top tenth; the tenth that moves most when up is unknown, or when the top moves less than
+/// a third as far, as of what hangs): displacement over time, peak, final / peak, dominant_frequency [Hz] of the damped
+/// oscillation (fit_oscillation) where it is free, null where there is none.  frequency_error is 1 where the truth
+/// alone oscillates.  free_from_s, free_from_by: as of evaluate_motion, or the peak of the truth ("largest motion").
 /// relative_error: root mean square error over the root mean square of the true displacements, 1 for a still object.
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 

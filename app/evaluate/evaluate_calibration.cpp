@@ -22,7 +22,7 @@ const std::vector<double> kLevels = {0.68, 0.9};
 using Rows = std::vector<StatedBand>;
 
 /// Rows by quantity, all of them under "all".
-std::map<std::string, Rows> read_bands(const std::filesystem::path& file, double band) {
+std::map<std::string, Rows> read_bands(const std::filesystem::path& file, const std::optional<double>& band) {
   std::string text = read_text(file);
   const std::string name = file.string();
   // Spreadsheets mark UTF-8 with these bytes.
@@ -37,11 +37,13 @@ std::map<std::string, Rows> read_bands(const std::filesystem::path& file, double
       throw input_error(name, "line 1", "title '" + title + "'",
                         "the columns are estimate, truth, sigma or low and high, and quantity");
   const bool symmetric = has("sigma");
-  if (!has("estimate") || !has("truth") || symmetric == (has("low") && has("high")))
+  if (!has("estimate") || !has("truth") || has("low") == symmetric || has("high") == symmetric)
     throw input_error(name, "line 1", "titles '" + head + "'",
                       "give estimate, truth, and either sigma or low and high");
+  if (symmetric && band)
+    throw usage_error("evaluate", "--band", "does nothing with sigma, which '" + name + "' gives", "leave it out");
   const CsvTable table(text, name, titles);
-  const double width = normal_half_width(band);
+  const double width = normal_half_width(band.value_or(kUsualBand));
   std::map<std::string, Rows> rows;
   for (const CsvRow& row : table.rows) {
     StatedBand stated;

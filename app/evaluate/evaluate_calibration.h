@@ -2,15 +2,19 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <vector>
 
 #include "app/report/tables.h"
 
 namespace pliant {
 
+constexpr double kUsualBand = 0.68;
+
 struct CalibrationOptions {
-  double band = 0.68;  ///< probability that low and high were stated for
-  uint64_t seed = 1;   ///< halves the rows
+  std::optional<double> band;  ///< probability that low and high were stated for, kUsualBand if none is given; not with
+                               ///< sigma: Error{kUsage}
+  uint64_t seed = 1;           ///< halves the rows
 };
 
 /// Whether stated uncertainties hold the truth as often as they say (app/statistics/calibration.h), at 68 % and 90 %.

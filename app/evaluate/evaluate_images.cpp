@@ -23,14 +23,27 @@ bool has_alpha_format(const fs::path& file) {
   return format == ".png" || format == ".webp";
 }
 
-/// Picture over black, in double: SSIM of flat areas is a ratio of small differences.
-Image<double> read_picture(const fs::path& file) {
-  const ImageF image = read_image(file);
-  Image<double> out(image.width, image.height, image.channels);
-  std::copy(image.data.begin(), image.data.end(), out.data.begin());
+/// Picture over black, as it is stored.
+ImageF read_picture(const fs::path& file) {
+  ImageF image = read_image(file);
   const ImageU8 alpha = has_alpha_format(file) ? read_photo(file).alpha : ImageU8();
   for (size_t i = 0; i < alpha.data.size(); ++i)
-    for (int c = 0; c < out.channels; ++c) out.data[i * out.channels + c] *= alpha.data[i] / 255.0;
+    for (int c = 0; c < image.channels; ++c) image.data[i * image.channels + c] *= alpha.data[i] / 255.0f;
+  return image;
+}
+
+/// Turns the picture as its orientation tag says, where only that gives it the size of the other one: `reconstruct`
+/// trains on photos turned like this.
+void turn_like(const ImageF& other, const fs::path& file, ImageF& picture) {
+  if (picture.width == other.width || picture.width != other.height || picture.height != other.width) return;
+  if (const int orientation = read_photo_head(file).orientation; orientation >= 5)
+    picture = oriented(picture, orientation);
+}
+
+/// In double: SSIM of flat areas is a ratio of small differences.
+Image<double> in_double(const ImageF& picture) {
+  Image<double> out(picture.width, picture.height, picture.channels);
+  std::copy(picture.data.begin(), picture.data.end(), out.data.begin());
   return out;
 }
 
@@ -71,12 +84,15 @@ json evaluate_images(const fs::path& prediction, const fs::path& truth) {
   std::vector<double> psnr, ssim, multi_scale, error;
   int identical = 0;
   for (const auto& [name, file] : theirs) {
-    const Image<double> a = read_picture(ours.at(name)), b = read_picture(file);
+    ImageF our_picture = read_picture(ours.at(name)), true_picture = read_picture(file);
+    turn_like(our_picture, file, true_picture);
+    turn_like(true_picture, ours.at(name), our_picture);
+    const Image<double> a = in_double(our_picture), b = in_double(true_picture);
     if (a.width != b.width || a.height != b.height) {
       throw input_error(ours.at(name).string(), "",
                         "has " + std::to_string(a.width) + " x " + std::to_string(a.height) +
                             " pixels but the truth has " + std::to_string(b.width) + " x " + std::to_string(b.height),
-                        "render at the size of the photos");
+                        "render at the size of the photos, upright or as they are stored");
     }
     if (a.width < 11 || a.height < 11)
       throw input_error(file.string(), "", "is smaller than 11 x 11 pixels", "SSIM needs a larger image");

@@ -215,6 +215,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
   Overlaps overlap, edges;
   std::set<uint32_t> all, predicted;
   double correct = 0, labelled = 0;
+  bool unlabelled = false;
   json missing = json::array(), per_view = json::object();
   for (const auto& [name, file] : theirs) {
     if (!ours.count(name)) missing.push_back(name);
@@ -236,6 +237,7 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
       overlap[id].either += o.either;
     }
     all.insert(ids.begin(), ids.end());
+    unlabelled = unlabelled || here_labelled < static_cast<double>(b.data.size());
     correct += right;
     labelled += here_labelled;
   }
@@ -249,9 +251,14 @@ json evaluate_segmentation(const fs::path& prediction, const fs::path& truth, co
   for (const auto& [name, file] : ours) {
     if (!theirs.count(name)) extra.push_back(name);
   }
-  json out = {{"kind", "masks"},       {"pictures", theirs.size()},      {"missing", missing},
-              {"extra", extra},        {"accuracy", correct / labelled}, {"per_view", per_view},
-              {"matched_by", match.by}};
+  json out = {{"kind", "masks"},        {"pictures", theirs.size()},      {"missing", missing},
+              {"extra", extra},         {"accuracy", correct / labelled}, {"per_view", per_view},
+              {"matched_by", match.by}, {"warnings", json::array()}};
+  if (all.size() == 1 && unlabelled)
+    out["warnings"].push_back(truth.string() +
+                              ": labels one object and no background; what is predicted where the truth is 0 does not "
+                              "count, so that IoU is the share of the object that was found (use nvos or lerf-mask, "
+                              "or masks in which the background has an ID)");
   add_overlaps(out, "iou", overlap, all, names);
   add_overlaps(out, "boundary_iou", edges, all, names);
   out["boundary_miou"] = out["mboundary_iou"];

@@ -125,7 +125,9 @@ json describe_tip(const std::vector<Vec3d>& tip, const Vec3d& direction, double 
 }  // namespace
 
 json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path) {
-  const Moving ours = read_moving(prediction), truth = read_moving(truth_path);
+  const Moving ours = read_moving(prediction);
+  Moving truth = read_moving(truth_path);
+  if (truth.up.isZero()) truth.up = ours.up;
   const std::vector<Vec3f>& rest = truth.frames[0].position;
   double height = truth.up.isZero() ? 0.0 : extent(rest, truth.up);
   if (truth.up.isZero()) {

@@ -34,8 +34,11 @@ fs::path script_of(const fs::path& trajectory) {
 std::optional<double> last_load_change(const fs::path& trajectory, double until) {
   const fs::path script = script_of(trajectory);
   if (script.empty()) return std::nullopt;
+  const std::string text = read_text(script);
+  // That of a configuration of PhysGaussian is no list of loads.
+  if (json::parse(text, nullptr, false).contains("physgaussian")) return std::nullopt;
   double last = 0;
-  for (const Interaction& load : parse_interactions(read_text(script), {}, script.string())) {
+  for (const Interaction& load : parse_interactions(text, {}, script.string())) {
     const double begin = load.start, end = load.end();
     if (begin >= until) continue;
     const double moved = load.path.empty() ? begin : std::min(begin + load.path.back().time, end);

@@ -115,6 +115,13 @@ void check_motion(SelfTest& test) {
                           (1 + std::exp(-0.5 * truth.decay / truth.frequency));
   test.check_metric("motion", "amplitude_error", "swings a fifth farther", 1.2 * half_way - 1, rods, 5e-3);
 
+  // Three swings, of which the last has 1/8000 of the amplitude: all within the first third of the record.
+  const fs::path brief = write_rod(test.place("motion/brief.h5"), {3, 9, 0.1});
+  const json damped = evaluate_motion(write_rod(test.place("motion/briefer.h5"), {3, 12, 0.1}), brief, {{}, 0});
+  test.check_metric("motion", "truth.frequency_hz", "dies out at once: 3 Hz", 3, damped, 1e-3);
+  test.check_metric("motion", "truth.decay_per_s", "dies out at once: 9 / s", 9, damped, 1e-2);
+  test.check_metric("motion", "damping_error", "4/3 of the damping", 1.0 / 3, damped, 5e-3);
+
   MotionScore score;
   score.fps = 30;
   Swing film{1.6, 0.5, 4};

@@ -4,90 +4,151 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/evaluate/metrics.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/linear_algebra.h"
 
 namespace pliant {
 namespace {
 
-/// Least squares of the linear part for one frequency and decay.
-struct LinearFit {
-  double left = 0;       // sum of squares that remains
-  double amplitude = 0;  // of the oscillation at the first value
+/// Evenly sampled values without their least-squares line, to which damped oscillations are fitted.
+class OscillationFit {
+ public:
+  OscillationFit(const std::vector<double>& values, double rate)
+      : rate_(rate), middle_(0.5 * (static_cast<double>(values.size()) - 1)), values_(values) {
+    const double n = count();
+    double mean = 0, slope = 0;
+    for (const double value : values) mean += value / n;
+    for (size_t i = 0; i < values.size(); ++i) {
+      const double t = static_cast<double>(i) - middle_;
+      slope += t * (values[i] - mean);
+      spread_ += t * t;
+    }
+    for (size_t i = 0; i < values.size(); ++i) {
+      values_[i] -= mean + slope / spread_ * (static_cast<double>(i) - middle_);
+      squares_ += values_[i] * values_[i];
+    }
+  }
+
+  double count() const { return static_cast<double>(values_.size()); }
+  double duration() const { return count() / rate_; }
+  double squares() const { return squares_; }  // about the line
+
+  struct Linear {
+    double left = 0;       // sum of squares that remains
+    double amplitude = 0;  // of the oscillation at the first value
+  };
+  /// Least squares of the linear part for one frequency and decay.
+  Linear at(double frequency, double decay) const {
+    const double shrink = std::exp(-decay / rate_), turn = 2 * M_PI * frequency / rate_;
+    const double step_c = shrink * std::cos(turn), step_s = shrink * std::sin(turn);
+    // Sums of exp(-decay t) cos and of exp(-decay t) sin, with t and with the values, and of their products.
+    double c = 1, s = 0, sum_c = 0, sum_s = 0, line_c = 0, line_s = 0, y_c = 0, y_s = 0, cc = 0, ss = 0, cs = 0;
+    for (size_t i = 0; i < values_.size(); ++i) {
+      const double t = static_cast<double>(i) - middle_;
+      sum_c += c;
+      sum_s += s;
+      line_c += t * c;
+      line_s += t * s;
+      y_c += values_[i] * c;
+      y_s += values_[i] * s;
+      cc += c * c;
+      ss += s * s;
+      cs += c * s;
+      const double next = c * step_c - s * step_s;
+      s = c * step_s + s * step_c;
+      c = next;
+    }
+    // The line fits its share of either anew.
+    cc -= sum_c * sum_c / count() + line_c * line_c / spread_;
+    ss -= sum_s * sum_s / count() + line_s * line_s / spread_;
+    cs -= sum_c * sum_s / count() + line_c * line_s / spread_;
+    const double determinant = cc * ss - cs * cs;
+    if (!(determinant > 1e-12 * cc * ss)) return {squares_, 0};
+    const double a = (y_c * ss - y_s * cs) / determinant, b = (y_s * cc - y_c * cs) / determinant;
+    return {std::max(0.0, squares_ - a * y_c - b * y_s), std::hypot(a, b)};
+  }
+
+ private:
+  double rate_ = 0, middle_ = 0, spread_ = 0, squares_ = 0;
+  std::vector<double> values_;
 };
 
-LinearFit fit_linear(const std::vector<double>& values, double rate, double frequency, double decay) {
-  Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d b = Eigen::Vector4d::Zero();
-  const double duration = static_cast<double>(values.size()) / rate;
-  const auto basis = [&](size_t i) {
-    const double t = static_cast<double>(i) / rate, envelope = std::exp(-decay * t), phase = 2 * M_PI * frequency * t;
-    return Eigen::Vector4d(1, t / duration, envelope * std::cos(phase), envelope * std::sin(phase));
-  };
-  for (size_t i = 0; i < values.size(); ++i) {
-    const Eigen::Vector4d row = basis(i);
-    A += row * row.transpose();
-    b += values[i] * row;
-  }
-  A += 1e-12 * A.trace() * Eigen::Matrix4d::Identity();
-  const Eigen::Vector4d x = solve_symmetric(A, b);
-  LinearFit fit;
-  for (size_t i = 0; i < values.size(); ++i) fit.left += std::pow(values[i] - basis(i).dot(x), 2);
-  fit.amplitude = std::hypot(x[2], x[3]);
-  return fit;
-}
+/// A frequency and a decay, with what the fit leaves there.
+struct Candidate {
+  double frequency = 0, decay = 0, left = INFINITY;
+};
 
-double squares_about_line(const std::vector<double>& values) {
-  const auto n = static_cast<double>(values.size());
-  double mean = 0, slope = 0, spread = 0, sum = 0;
-  for (const double value : values) mean += value / n;
-  for (size_t i = 0; i < values.size(); ++i) {
-    const double t = static_cast<double>(i) - 0.5 * (n - 1);
-    slope += t * (values[i] - mean);
-    spread += t * t;
+/// What fit_oscillation looks for.
+struct SearchBounds {
+  double lowest = 0, highest = 0;                   // Hz
+  double least_decay = 0, most_decay = 0;           // 1/s
+  static constexpr double kMostDecayPerRadian = 4;  // at 1 a swing has 0.2 % of the one before
+
+  double most_decay_of(double frequency) const {
+    return std::min(most_decay, kMostDecayPerRadian * 2 * M_PI * frequency);
   }
-  for (size_t i = 0; i < values.size(); ++i)
-    sum += std::pow(values[i] - mean - slope / spread * (static_cast<double>(i) - 0.5 * (n - 1)), 2);
-  return sum;
+  /// Whether the best fit may lie beyond.
+  bool ends_at(const Candidate& c) const {
+    constexpr double kNear = 1e-4;
+    return c.frequency < (1 + kNear) * lowest || c.frequency > (1 - kNear) * highest ||
+           c.decay > (1 - kNear) * most_decay_of(c.frequency);
+  }
+};
+
+/// The best place of a neighbourhood that closes in from a candidate; as wide in rad/s as in 1/s, like the valley.
+Candidate descend(const OscillationFit& fit, const SearchBounds& bounds, Candidate best, double step, int halvings) {
+  while (halvings > 0) {
+    const Candidate from = best;
+    for (int i = -1; i <= 1; ++i)
+      for (int k = -1; k <= 1; ++k) {
+        if (i == 0 && k == 0) continue;
+        const double f = std::clamp(from.frequency + i * step / (2 * M_PI), bounds.lowest, bounds.highest);
+        const double d = std::clamp(from.decay + k * step, bounds.least_decay, bounds.most_decay_of(f));
+        const double left = fit.at(f, d).left;
+        if (left < best.left) best = {f, d, left};
+      }
+    if (best.left < from.left) continue;
+    step *= 0.5;
+    --halvings;
+  }
+  return best;
 }
 
 }  // namespace
 
 DampedOscillation fit_oscillation(const std::vector<double>& values, double rate) {
-  DampedOscillation best;
-  if (values.size() < 8) return best;
-  const double all = squares_about_line(values), duration = static_cast<double>(values.size()) / rate;
-  if (!(all > 1e-20)) return best;
-  // Around the peak of the spectrum, whose width is 1 / duration, and from half a period in the record on.
-  const double peak = dominant_frequency(values, rate);
-  double frequency = 0, decay = 0, least = INFINITY, frequency_step = 0.1 / duration, decay_step = 0.4 / duration;
-  const auto try_at = [&](double f, double d) {
-    if (f < 0.5 / duration || f > 0.5 * rate || d < -1 / duration || d > 20 / duration) return;
-    const double left = fit_linear(values, rate, f, d).left;
-    if (left < least) {
-      least = left;
-      frequency = f;
-      decay = d;
+  if (values.size() < 8) return {};
+  const OscillationFit fit(values, rate);
+  if (!(fit.squares() > 1e-20)) return {};
+  const double duration = fit.duration();
+  const SearchBounds bounds{0.5 / duration, 0.5 * rate - 0.5 / duration, -1 / duration, 0.5 * rate};
+  // The valley of the sum of squares is as wide as the spectrum of what has not yet died out, so that each decay has a
+  // scan of its own over all frequencies, and the best of each is followed down.
+  Candidate best;
+  double best_width = 0;
+  for (double decay = 0; decay <= bounds.most_decay; decay = 1.6 * decay + 1 / duration) {
+    const double width = 1 / duration + decay / (2 * M_PI);
+    Candidate start;
+    for (double f = bounds.lowest; f <= bounds.highest; f += 0.25 * width) {
+      if (decay > bounds.most_decay_of(f)) continue;
+      const double left = fit.at(f, decay).left;
+      if (left < start.left) start = {f, decay, left};
     }
-  };
-  for (int i = -15; i <= 15; ++i)
-    for (int k = -2; k <= 30; ++k) try_at(peak + i * frequency_step, k * decay_step);
-  for (int round = 0; round < 40; ++round) {
-    const double f = frequency, d = decay, before = least;
-    for (int i = -1; i <= 1; ++i)
-      for (int k = -1; k <= 1; ++k)
-        if (i != 0 || k != 0) try_at(f + i * frequency_step, d + k * decay_step);
-    if (least == before) {
-      frequency_step *= 0.5;
-      decay_step *= 0.5;
+    if (std::isinf(start.left)) continue;
+    start = descend(fit, bounds, start, width, 8);
+    if (start.left < best.left) {
+      best = start;
+      best_width = width;
     }
   }
-  best.frequency = frequency;
-  best.decay = decay;
-  best.explained = 1 - least / all;
-  best.amplitude = fit_linear(values, rate, frequency, decay).amplitude;
-  return best;
+  best = descend(fit, bounds, best, best_width / 128, 24);
+  if (bounds.ends_at(best)) return {};
+  DampedOscillation out;
+  out.frequency = best.frequency;
+  out.decay = best.decay;
+  out.explained = 1 - best.left / fit.squares();
+  out.amplitude = fit.at(best.frequency, best.decay).amplitude;
+  return out;
 }
 
 Vibration describe_vibration(const PointMotion& motion, int& first) {

@@ -24,7 +24,10 @@ struct DampedOscillation {
 };
 
 /// Least squares over evenly sampled values; linear in all but frequency and decay, which are searched on a grid that
-/// closes in.  Needs 8 values and half a period.
+/// closes in.  Needs 8 values and half a period.  Also of what dies out early in the record: `decay` is sought up to
+/// half the rate and 4 * 2 pi frequency, and down to a growth by e over the record.  Frequency 0 where the best fit
+/// lies at the end of the frequencies (half a period in the record, half the rate) or of the decays, as of what creeps
+/// back.  The time grows with the square of the number of values: about 15 ms for 250.
 DampedOscillation fit_oscillation(const std::vector<double>& values, double rate);
 
 /// What a motion does on the whole.

@@ -28,9 +28,10 @@ std::vector<double> young_around_drivers(const ParticleFile& particles, std::spa
 
 std::string initial_material_file(const RunDirectory& run, const FitStage& stage) {
   if (stage.initial_material != kPredictedMaterial) return stage.initial_material;
-  if (!run.has("predict"))
+  if (!predicts_object(run))
     throw usage_error("fit", stage.typed("initial-material") + " " + kPredictedMaterial,
-                      "needs a prediction, and this run has none", "run `pliant predict` first, or give a file");
+                      "needs a prediction of the object, and this run has none",
+                      "run `pliant predict` first, or give a file");
   return (run / (object_folder(run) + "/predicted.h5")).string();
 }
 

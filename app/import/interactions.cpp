@@ -263,6 +263,9 @@ std::vector<Interaction> parse_interactions(const std::string& text, const Inter
                                             const std::string& file) {
   const json rows = json::parse(text, nullptr, false);
   if (rows.is_discarded()) throw usage_error(file, "", "is not valid JSON", "write an array of {\"type\": ...}");
+  if (rows.contains("physgaussian"))
+    throw usage_error(file, "", "is of a run with --physgaussian, not an array of interactions",
+                      "give the configuration of that run with --physgaussian instead");
   if (!rows.is_array()) throw usage_error(file, "", "is not an array", "write [{\"type\": ...}, ...]");
   std::vector<Interaction> out;
   for (size_t i = 0; i < rows.size(); ++i) {

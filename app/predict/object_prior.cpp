@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "fitting/predict/label_prior.h"
-#include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
@@ -37,11 +36,7 @@ ObjectPrior object_prior(const PriorQuestion& question) {
     return of(prior_of(match_material(find_material(material_table(), question.material))), "");
   const std::string& label = question.label.empty() ? question.name : question.label;
   const LabelPrior found = prior_of_label(material_table(), label, question.llm, question.view);
-  if (!found.prior && !question.label.empty())
-    throw usage_error(
-        "--label", question.label.substr(0, 60),
-        "is not a known object or material" + (found.warning.empty() ? "" : " (" + found.warning + ")"),
-        "'pliant predict --list' shows all; or give --material NAME, or --young E --poisson NU --density RHO");
+  if (!found.prior && !question.label.empty()) throw unknown_label(question.label, found.warning);
   if (!found.prior) {
     ObjectPrior prior = soft_solid();
     prior.warning = found.warning;
@@ -56,6 +51,13 @@ ObjectPrior object_prior(const PriorQuestion& question) {
   ObjectPrior prior = of(*found.prior, warning);
   prior.unanswered = !found.warning.empty();
   return prior;
+}
+
+Error unknown_label(const std::string& label, const std::string& failure) {
+  return usage_error(
+      "--label", label.substr(0, 60),
+      "is not a known object or material" + (failure.empty() ? "" : " (" + failure + ")"),
+      "'pliant predict --list' shows all; or give --material NAME, or --young E --poisson NU --density RHO");
 }
 
 nlohmann::json band_json(const Band& band) {

@@ -6,6 +6,7 @@
 
 #include "fitting/predict/llm_client.h"
 #include "fitting/predict/material_prior.h"
+#include "gaussians/base/error.h"
 
 namespace pliant {
 
@@ -31,6 +32,9 @@ struct PriorQuestion {
   std::string view;  ///< PNG of the object for the language model
 };
 ObjectPrior object_prior(const PriorQuestion& question);
+
+/// That a label names nothing known; `failure`: what became of a language model that was asked, empty = none was.
+Error unknown_label(const std::string& label, const std::string& failure = "");
 
 /// {low, typical, high}.
 nlohmann::json band_json(const Band& band);

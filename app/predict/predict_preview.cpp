@@ -35,10 +35,15 @@ RunDirectory directory_of(const RunDirectory& run, double softness) {
   json manifest = run.manifest(), taken = json::object();
   for (const char* name : kTaken)
     if (manifest["stages"].contains(name)) taken[name] = manifest["stages"][name];
+  // What is unfinished in `run` is none of its concern.
+  manifest.erase("begun");
+  manifest.erase("failed");
   if (const fs::path file = path / "run.json"; fs::exists(file)) {
-    const json before = read_json(file);
-    for (const char* name : {"predict", "simulate", "render"})
+    const json before = read_json(file), begun = before.value("begun", json::object());
+    for (const char* name : {"predict", "simulate", "render"}) {
       if (before["stages"].contains(name)) taken[name] = before["stages"][name];
+      if (begun.contains(name)) manifest["begun"][name] = begun[name];
+    }
   }
   manifest["stages"] = taken;
   if (run.scene().is_object()) manifest["scene"]["source"] = recorded_place(run).string();

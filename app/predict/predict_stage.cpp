@@ -230,17 +230,7 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
 }  // namespace
 
 StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
-  if (!stage.material.empty() && !stage.label.empty())
-    throw usage_error("predict", "--material", "was given together with --label", "leave one of them out");
-  if (!stage.material.empty() && !stage.llm_url.empty())
-    throw usage_error("predict", "--llm-url", "does nothing with --material, which is looked up in the table",
-                      "leave one of them out");
-  if (stage.llm_url.empty() != stage.llm_model.empty())
-    throw usage_error("predict", stage.llm_url.empty() ? "--llm-model" : "--llm-url", "was given without the other",
-                      "give --llm-url and --llm-model, or neither");
-  if (stage.given.young && stage.softness)
-    throw usage_error("predict", "--softness", "does nothing with --young, which sets the mean",
-                      "leave one of them out");
+  check_predict_stage(stage);
   run.summary("fill", "run `pliant seed` first");
   StageInputs<PredictStage> in;
   in.options = stage;
@@ -280,7 +270,7 @@ bool needs_prediction(const Scene& scene, const PredictStage& stage, const Simul
 
 void assume_height(const Context& context, RunDirectory& run, Scene& scene, const PredictStage& stage) {
   const json& typed = run.scene();
-  json height;
+  std::optional<double> height;
   if (!typed.contains("metres_per_unit") && !typed.contains("object_height") && !scene.settings.metres_per_unit) {
     // What was assumed of an object before this one does not hold.
     scene.object_height = 0;
@@ -296,7 +286,7 @@ void assume_height(const Context& context, RunDirectory& run, Scene& scene, cons
                       prior.height->typical, prior.name));
     }
   }
-  run.set_note("assumed_height", height);
+  record_assumed_height(run, height);
   scale_by_object(run, scene);
 }
 

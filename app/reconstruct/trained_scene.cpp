@@ -24,8 +24,11 @@ namespace {
 
 constexpr const char* kMaskNames = "mask_names.json";
 constexpr const char* kParts[] = {"photos", "masks", kMaskNames};  // that a training writes only where it needs them
-/// In run.json: {written: scene.json as the training and the source have it, parts: {part: hash as it was written}}.
+/// In run.json: {written: scene.json as the training and the source have it, parts: {part: hash as it was written, or
+/// kUnfinished}}.
 constexpr const char* kSceneNote = "scene_file";
+/// In place of the hash of a part: the training that writes it has not come to its end.
+constexpr const char* kUnfinished = "unfinished";
 
 /// Masks that belong to the photos as they were trained on.  Names that no file of labels tells go to kMaskNames in
 /// `folder`.
@@ -79,21 +82,28 @@ bool has_z_up(const TrainedScene& scene) {
   return seen && is_near_z(seen->up);
 }
 
-/// Removes what the last training wrote.  What someone else put in its place, or has changed since, is moved aside.
+/// Removes what the last training wrote, and what one that did not come to its end has begun.  What someone else put in
+/// its place, or has changed since, is moved aside.  Notes which parts are about to be written.
 std::vector<std::string> make_room(RunDirectory& run, const TrainedScene& scene) {
-  const json note = run.note(kSceneNote);
-  const json hashes = note.is_object() ? note["parts"] : json::object();
+  json note = run.note(kSceneNote);
+  if (!note.is_object()) note = {{"written", json::object()}, {"parts", json::object()}};
+  json& hashes = note["parts"];
   const bool masks = scene.photos.changed && !scene.set.settings.masks.empty();
   const std::map<std::string, bool> needed = {{"photos", scene.photos.changed}, {"masks", masks}, {kMaskNames, masks}};
-  std::vector<std::string> said;
+  std::vector<std::string> said, made;
   for (const char* part : kParts) {
-    if (!fs::exists(run / part)) continue;
-    if (hashes.contains(part) && hash_of_input(run / part) == hashes[part])
-      fs::remove_all(run / part);
-    else if (hashes.contains(part) || needed.at(part))
-      said.push_back(fmt::format("{} was not made by the last training, or changed since: it is kept as {}",
-                                 (run / part).string(), run.move_aside({part}).at(part)));
+    const bool noted = hashes.contains(part);
+    if (fs::exists(run / part)) {
+      if (noted && (hashes[part] == kUnfinished || hash_of_input(run / part) == hashes[part]))
+        made.push_back(part);
+      else if (noted || needed.at(part))
+        said.push_back(fmt::format("{} was not made by the last training, or changed since: it is kept as {}",
+                                   (run / part).string(), run.move_aside({part}).at(part)));
+    }
+    if (needed.at(part)) hashes[part] = kUnfinished;
   }
+  run.set_note(kSceneNote, note);
+  for (const std::string& part : made) fs::remove_all(run / part);
   return said;
 }
 

@@ -22,7 +22,8 @@ struct TrainedScene {
 /// cameras transforms.json; photos/ and masks/ hold those that the training changed, and
 /// mask_names.json the names of such masks where no labels of the source tell them; lenses.json has the lenses that
 /// were removed from photos.  scene.json comes last; what it says besides is update_scene_file's.  What an earlier
-/// training wrote there is removed; what lies in its place and is not of one, or was changed since, is moved aside.
+/// training wrote there, or began to write, is removed; what lies in its place and is not of one, or was changed since,
+/// is moved aside.
 /// Returns sentences about what could not be kept.
 std::vector<std::string> write_trained_scene(RunDirectory& run, const TrainedScene& scene);
 

@@ -15,6 +15,8 @@ using nlohmann::json;
 
 namespace {
 
+constexpr const char* kAssumedHeight = "assumed_height";
+
 /// What a run directory records of the scene at `place`: a trained scene within the directory moves with it.
 json recorded(const RunDirectory& run, const fs::path& place, const LoadOptions& options) {
   const fs::path within = place.lexically_relative(fs::weakly_canonical(run.path()));
@@ -75,6 +77,12 @@ void keep_mean_up(const RunDirectory& run, Scene& scene, const LoadOptions& opti
   if ((recorded - mean.normalized()).norm() > 1e-9 || recorded == scene.up) return;
   scene.up = recorded;
   scene.up_source = "mean up of the cameras, with which this run was made";
+}
+
+/// The ID of an object by its folder, objects/ID_NAME.
+std::string id_of_folder(const std::string& folder) {
+  const std::string name = fs::path(folder).filename().string();
+  return name.substr(0, name.find('_'));
 }
 
 /// Whether the material of an object is among what a stage has written.
@@ -153,13 +161,16 @@ Scene attach_scene(const Context& context, RunDirectory& run, const fs::path& so
   if (known || moved) before["source"] = record["source"];
   run.set_scene(record, context.overwrite || known || moved);
   if (before != record) forget_assumed_height(run, scene);
-  for (const std::string& warning : scene.warnings) context.progress.warn(warning);
+  // Of the scale it is said below what holds in a run.
+  for (const std::string& warning : scene.warnings)
+    if (!warning.starts_with("the scale of the scene is unknown")) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
-  if (options.object_height == 0 && !options.metres_per_unit && !scene.settings.metres_per_unit)
-    context.progress.say(
-        "scene: the length of a unit is unknown and assumed to be 1 m (--metres-per-unit, --object-height)");
   scale_by_object(run, scene);
+  if (scene.object_height == 0 && !options.metres_per_unit && !scene.settings.metres_per_unit)
+    context.progress.say(
+        "scene: the length of a unit is unknown and assumed to be 1 m unless the label tells the height of the object "
+        "(--metres-per-unit, --object-height)");
   return scene;
 }
 
@@ -185,15 +196,29 @@ Scene load_run_scene(const RunDirectory& run) {
 }
 
 void scale_by_object(const RunDirectory& run, Scene& scene) {
-  const json assumed = run.note("assumed_height");
-  if (assumed.is_number() && !scene.settings.metres_per_unit) scene.object_height = assumed;
+  const std::optional<double> assumed = assumed_height(run);
+  if (assumed && !scene.settings.metres_per_unit) scene.object_height = *assumed;
   if (scene.object_height > 0 && run.has("extract"))
     scene.metres_per_unit = scene.object_height / extracted(run, {"height"})["height"].get<double>();
 }
 
+std::optional<double> assumed_height(const RunDirectory& run) {
+  const json note = run.note(kAssumedHeight);
+  if (note.is_number()) return note.get<double>();  // of whichever object there is
+  if (!note.is_object() || !run.has("extract")) return std::nullopt;
+  const std::string of = note.value("object", ""), present = object_folder(run);
+  // An object that has been renamed since is the same one.
+  const bool renamed = id_of_folder(of) == id_of_folder(present) && !fs::exists(run / of);
+  return of == present || renamed ? std::optional(note.value("height", 0.0)) : std::nullopt;
+}
+
+void record_assumed_height(RunDirectory& run, const std::optional<double>& metres) {
+  run.set_note(kAssumedHeight, metres ? json{{"height", *metres}, {"object", object_folder(run)}} : json());
+}
+
 void forget_assumed_height(RunDirectory& run, Scene& scene) {
-  if (!run.note("assumed_height").is_number()) return;
-  run.set_note("assumed_height", {});
+  if (run.note(kAssumedHeight).is_null()) return;
+  record_assumed_height(run, {});
   scene.object_height = run.scene().value("object_height", 0.0);
   if (!run.scene().contains("metres_per_unit") && !scene.settings.metres_per_unit) scene.metres_per_unit = 1;
 }
@@ -202,6 +227,12 @@ bool reads_present(const RunDirectory& run, const std::string& stage, const std:
   const json inputs = run.manifest()["stages"][stage].value("inputs", json::object());
   const fs::path file = run / (object_folder(run) + "/" + role + ".h5");
   return !inputs.contains(role) || (fs::exists(file) && inputs[role] == hash_of_input(file));
+}
+
+bool predicts_object(const RunDirectory& run) {
+  if (!run.has("predict")) return false;
+  const json& outputs = run.manifest()["stages"]["predict"]["outputs"];
+  return !outputs.empty() && outputs[0] == object_folder(run) + "/predicted.h5";
 }
 
 bool is_fitted(const RunDirectory& run) { return run.has("fit") && writes_material(run.manifest()["stages"]["fit"]); }

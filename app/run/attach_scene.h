@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app/run/run_directory.h"
@@ -32,6 +33,11 @@ void refuse_unused(const LoadOptions& options, const Scene& scene);
 /// Sets metres_per_unit of a scene by the height of its object, where that is given, or assumed, and the object is
 /// extracted.
 void scale_by_object(const RunDirectory& run, Scene& scene);
+/// What `predict` took the height of the extracted object to be [m]; none where nothing, or another object's, was
+/// assumed.
+std::optional<double> assumed_height(const RunDirectory& run);
+/// Records such a height of the extracted object; none erases what is recorded.
+void record_assumed_height(RunDirectory& run, const std::optional<double>& metres);
 /// Without what `predict` took the object's height to be, where that was assumed.
 void forget_assumed_height(RunDirectory& run, Scene& scene);
 
@@ -43,6 +49,9 @@ nlohmann::json extracted(const RunDirectory& run, const std::vector<std::string>
 
 /// Whether a stage that has run read the file `role`.h5 of the object as it is now, or none of that name.
 bool reads_present(const RunDirectory& run, const std::string& stage, const std::string& role);
+
+/// Whether the prediction of this run is of the object that is extracted.
+bool predicts_object(const RunDirectory& run);
 
 /// Whether this run has been fitted.
 bool is_fitted(const RunDirectory& run);

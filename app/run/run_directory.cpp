@@ -35,6 +35,14 @@ void remove_temporaries(const fs::path& run) {
   for (const fs::path& file : left) fs::remove(file, none);
 }
 
+/// Whether a folder holds only what a program leaves that was killed before it recorded anything.
+bool holds_nothing_recorded(const fs::path& folder) {
+  return std::all_of(fs::directory_iterator(folder), fs::directory_iterator(), [](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    return name == kLock || is_temporary(name);
+  });
+}
+
 bool is_digest(const json& value) { return value.is_string() && value.get_ref<const std::string&>().size() == 64; }
 
 /// Whether a name that a record gives is that of something within the run directory.
@@ -174,8 +182,9 @@ RunDirectory RunDirectory::create(const fs::path& path) {
   if (fs::exists(path)) {
     for (const auto& entry : fs::directory_iterator(path)) {
       const std::string name = entry.path().filename().string();
-      // A `run` that was killed while it trained its scene has made nothing else.
-      const bool trained = name == "scene" && fs::exists(entry.path() / "run.json");
+      // A `run` that was killed before or while it trained its scene has made nothing else.
+      const bool trained = name == "scene" && entry.is_directory() &&
+                           (fs::exists(entry.path() / "run.json") || holds_nothing_recorded(entry.path()));
       empty = empty && (is_temporary(name) || name == kLock || trained);
     }
   }
@@ -246,18 +255,21 @@ std::string RunDirectory::move_folder(const std::string& before, const std::stri
   return aside;
 }
 
-std::map<std::string, std::string> RunDirectory::move_aside(const std::vector<std::string>& names) {
-  hold();
+std::map<std::string, std::string> RunDirectory::names_aside(const std::vector<std::string>& names) const {
   const auto numbered = [](const std::string& name, int k) { return fmt::format("{}.{}", name, k); };
   int k = 1;
   const auto taken = [&](const std::string& name) { return fs::exists(path_ / numbered(name, k)); };
   while (std::any_of(names.begin(), names.end(), taken)) ++k;
-  std::map<std::string, std::string> moved;
-  for (const std::string& name : names) {
-    if (!fs::exists(path_ / name)) continue;
-    moved[name] = numbered(name, k);
-    fs::rename(path_ / name, path_ / moved[name]);
-  }
+  std::map<std::string, std::string> aside;
+  for (const std::string& name : names)
+    if (fs::exists(path_ / name)) aside[name] = numbered(name, k);
+  return aside;
+}
+
+std::map<std::string, std::string> RunDirectory::move_aside(const std::vector<std::string>& names) {
+  hold();
+  const std::map<std::string, std::string> moved = names_aside(names);
+  for (const auto& [name, aside] : moved) fs::rename(path_ / name, path_ / aside);
   return moved;
 }
 

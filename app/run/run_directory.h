@@ -99,23 +99,29 @@ class RunDirectory {
   /// A result that a stage is replacing.
   struct Replaced {
     nlohmann::json record;                                           ///< null where there was none
-    std::map<std::string, std::string> moved;                        ///< what was moved aside, name -> name since
+    std::map<std::string, std::string> moved;                        ///< what is moved aside, name -> name since
     std::map<std::string, std::filesystem::file_time_type> written;  ///< its outputs, and when they were written
   };
 
   explicit RunDirectory(std::filesystem::path path);
   /// What other choices than `key` have written of this stage, also where the program was killed.
   std::vector<std::string> outputs_of_others(const StageKey& key) const;
-  Replaced begin_replacing(const Context& context, const StageKey& key, const nlohmann::json& now);
+  /// The names that move_aside would give.
+  std::map<std::string, std::string> names_aside(const std::vector<std::string>& names) const;
+  /// What the stage is to replace, which is recorded as replaced before anything is moved: move_replaced does that.
+  Replaced begin_replacing(const Context& context, const StageKey& key);
+  /// Moves aside what begin_replacing named, and an earlier attempt with the same record to its place.
+  void move_replaced(const Context& context, const std::string& stage, const nlohmann::json& now,
+                     const Replaced& replaced);
   /// Moves folders that put_back kept of an attempt with the same record to their places.
   void take_up_failed(const Context& context, const std::string& stage, const nlohmann::json& now,
                       const Replaced& replaced);
   /// What an attempt that was interrupted or killed was replacing, where `now` goes on with that attempt.  One that
-  /// does not go on with it puts the previous result back first.
+  /// does not go on with it puts the previous result back first, and so does one that finds nothing of it moved.
   Replaced still_replaced(const Context& context, const std::string& stage, const nlohmann::json& now);
   /// As run.json keeps it: {record, moved: [[name, name since]], written: [[output, time]]}.
   static nlohmann::json to_json(const Replaced& replaced);
-  /// Moves back what begin_replacing moved, and records it again; folders that the attempt with this record has made
+  /// Moves back what move_replaced moved, and records it again; folders that the attempt with this record has made
   /// are kept as NAME.failed.
   void put_back(const Context& context, const std::string& stage, const nlohmann::json& attempt,
                 const Replaced& replaced);

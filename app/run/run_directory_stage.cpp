@@ -39,7 +39,7 @@ std::string failed_name(const std::string& name) { return name + ".failed"; }
 
 bool has_files(const fs::path& folder) { return fs::is_directory(folder) && !fs::is_empty(folder); }
 
-/// The names that move_aside gave.
+/// The names behind which things are moved aside.
 std::vector<std::string> aside_names(const std::map<std::string, std::string>& moved) {
   std::vector<std::string> names;
   for (const auto& [name, aside] : moved) names.push_back(aside);
@@ -74,21 +74,26 @@ void RunDirectory::take_up_failed(const Context& context, const std::string& sta
   }
 }
 
-RunDirectory::Replaced RunDirectory::begin_replacing(const Context& context, const StageKey& key, const json& now) {
+RunDirectory::Replaced RunDirectory::begin_replacing(const Context& context, const StageKey& key) {
   Replaced replaced{manifest_["stages"][key.name], {}, {}};
   for (const std::string output : replaced.record["outputs"]) replaced.written.emplace(output, time_of(path_ / output));
   if (!context.overwrite) {
     // What is kept of the result that is there may be of another object, or of another kind.
     std::set<std::string> kept(key.kept.begin(), key.kept.end());
     for (const std::string name : replaced.record.value("kept", json::array())) kept.insert(name);
-    replaced.moved = move_aside({kept.begin(), kept.end()});
-    if (!replaced.moved.empty())
-      context.progress.say(
-          fmt::format("{}: previous results kept as {}", key.name, fmt::join(aside_names(replaced.moved), ", ")));
+    replaced.moved = names_aside({kept.begin(), kept.end()});
   }
   manifest_["stages"].erase(key.name);
-  take_up_failed(context, key.name, now, replaced);
   return replaced;
+}
+
+void RunDirectory::move_replaced(const Context& context, const std::string& stage, const json& now,
+                                 const Replaced& replaced) {
+  for (const auto& [name, aside] : replaced.moved) fs::rename(path_ / name, path_ / aside);
+  if (!replaced.moved.empty())
+    context.progress.say(
+        fmt::format("{}: previous results kept as {}", stage, fmt::join(aside_names(replaced.moved), ", ")));
+  take_up_failed(context, stage, now, replaced);
 }
 
 json RunDirectory::to_json(const Replaced& replaced) {
@@ -104,15 +109,28 @@ RunDirectory::Replaced RunDirectory::still_replaced(const Context& context, cons
   Replaced replaced;
   if (has(stage) || !begun.is_object() || !begun.contains("replaced")) return replaced;
   const json& kept = begun["replaced"];
+  bool all_aside = true, none_aside = true;
   for (const json& pair : kept["moved"]) {
     const std::string aside = pair[1];
-    if (!fs::exists(path_ / aside)) return {};
+    (fs::exists(path_ / aside) ? none_aside : all_aside) = false;
     replaced.moved.emplace(pair[0].get<std::string>(), aside);
   }
   for (const json& pair : kept["written"])
     replaced.written.emplace(pair[0].get<std::string>(),
                              fs::file_time_type(fs::file_time_type::duration(pair[1].get<std::int64_t>())));
   replaced.record = kept["record"];
+  if (!all_aside) {
+    // A program that was killed just before it moved the previous result, or after it moved it back, left it whole.
+    const bool whole = std::all_of(replaced.written.begin(), replaced.written.end(), [&](const auto& output) {
+      return fs::exists(path_ / output.first) && time_of(path_ / output.first) == output.second;
+    });
+    if (none_aside && whole) {
+      manifest_["stages"][stage] = replaced.record;
+      manifest_["begun"].erase(stage);
+      save();
+    }
+    return {};
+  }
   if (first_difference(begun, now).empty()) return replaced;
   put_back(context, stage, record_of_attempt(begun), replaced);
   return {};
@@ -147,7 +165,8 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
   const json now = record_of(key, context.seed);
   const std::vector<std::string> others = outputs_of_others(key);
   Replaced replaced = still_replaced(context, key.name, now);
-  if (has(key.name)) {
+  const bool replaces = has(key.name);
+  if (replaces) {
     const json& before = manifest_["stages"][key.name];
     const std::string changed = first_difference(before, now);
     // Files of the same kind may be there from elsewhere: of an object that had another name.
@@ -159,13 +178,14 @@ json RunDirectory::stage(const Context& context, const StageKey& key,
       return before["summary"];
     }
     if (!changed.empty()) context.progress.say(fmt::format("{}: {}, running again", key.name, changed));
-    replaced = begin_replacing(context, key, now);
+    replaced = begin_replacing(context, key);
   }
   json& begun = manifest_["begun"][key.name] = now;
   begun["outputs"] = key.outputs;
   for (const std::string& output : others) begun["outputs"].push_back(output);
   if (!replaced.record.is_null()) begun["replaced"] = to_json(replaced);
   save();  // what an interrupted stage leaves lies in a run directory
+  if (replaces) move_replaced(context, key.name, now, replaced);
 
   reset_peak_memory();
   const auto start = std::chrono::steady_clock::now();

@@ -75,6 +75,7 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
 
 /// The files that PhysGaussian writes of its particles, in the space of the simulation.
 json export_physgaussian(const Context& context, const RunDirectory& run, const ExportStage& stage) {
+  check_simulated(run);
   const fs::path folder = stage.physgaussian_output;
   if (fs::exists(folder) && !(fs::is_directory(folder) && (fs::is_empty(folder) || context.overwrite)))
     throw usage_error("--physgaussian-output", folder.string(), "exists",

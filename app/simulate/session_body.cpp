@@ -90,6 +90,7 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Mo
     return setup;
   }
   setup.solid = simulated_material(run, session, moving.particles.solid_position);
+  if (setup.material.law != Law::kViscoelastic) setup.solid.branch.clear();  // that of the file did not count
   setup.options.fps = kFps;
   setup.options.damping_time = simulated["damping_time_s"];
   for (int a = 0; a < 3; ++a) setup.options.gravity[a] = session["gravity_m_s2"][a];

@@ -263,6 +263,9 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();
   const bool predicted = !physgaussian && !given && !fitted && !stage.material.young && run.has("predict");
+  if (predicted && !predicts_object(run))
+    throw usage_error("simulate", "", "would use a prediction of another object",
+                      "run `pliant predict` again, or give --young, --poisson and --density");
   if (predicted && scale_of_prediction(run, scene) != scene.metres_per_unit)
     throw usage_error("simulate", "", "would use a prediction made with another scale", "run `pliant predict` again");
   const fs::path velocity_file = started ? fs::path(stage.velocity_file) : run / (folder + "/velocity.h5");
@@ -309,13 +312,15 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
     if (in.options.material.law.empty() && in.scene.settings.material.law.empty())
       take_law(prediction["material"], in.options.material);
   }
-  if (!physgaussian && !given && !fitted && !predicted && run.has("predict"))
+  if (!physgaussian && !given && !fitted && !predicted && predicts_object(run))
     take_predicted(run.summary("predict", ""), in.scene.settings.material, in.options.material);
   if (!physgaussian)
     in.found["material"] = material_to_json(check_material(in.scene, in.options.material,
                                                            predicted ? SetBy::kPrediction
                                                            : fields  ? SetBy::kFields
                                                                      : SetBy::kNothing));
+  // Motions of earlier versions do not say what the law remembers in the first frame.
+  if (!physgaussian && has_memory(parse_law(in.found["material"]["law"]))) in.found["memory"] = 1;
   return in;
 }
 

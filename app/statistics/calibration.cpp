@@ -22,7 +22,8 @@ std::optional<double> conformal_factor(std::span<const StatedBand> rows, double 
   std::vector<double> z;
   for (const StatedBand& row : rows) z.push_back(std::abs(row.z()));
   std::sort(z.begin(), z.end());
-  const auto rank = static_cast<size_t>(std::ceil((static_cast<double>(z.size()) + 1) * nominal));
+  // The product may lie a rounding error above the whole number that it is: 75 * 0.68 above 51.
+  const auto rank = static_cast<size_t>(std::ceil((static_cast<double>(z.size()) + 1) * nominal - 1e-9));
   if (rank > z.size()) return std::nullopt;
   return z[rank - 1] / normal_half_width(nominal);
 }

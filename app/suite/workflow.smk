@@ -266,7 +266,7 @@ rule repair:
         score("repair", scene, "opencv", log[0], output.opencv, lambda: measure("psnr_opencv", None))
 
 
-# Ours against each other method, with intervals over scenes.
+# Failures and times of each method; ours against each other one, with intervals over scenes.
 rule results:
     input:
         [
@@ -289,25 +289,33 @@ rule results:
         text += f"{', '.join(sorted({scene.split('/')[0] for scene in SCENES}))}.\n"
         for task, methods in METHODS.items():
             # Of these settings alone: there may be scores of earlier ones.
-            compared = f"tables/{task}/of"
-            shutil.rmtree(compared, ignore_errors=True)
+            shutil.rmtree(f"tables/{task}", ignore_errors=True)
+            compared, scores = f"tables/{task}/of", {}
             for method in methods:
+                scores[method] = [read_json(f"scores/{task}/{method}/{scene}.json") for scene in SCENES]
                 for scene in SCENES:
                     copy = f"{compared}/{method}/{scene}.json"
                     os.makedirs(os.path.dirname(copy), exist_ok=True)
                     shutil.copyfile(f"scores/{task}/{method}/{scene}.json", copy)
             folders = [f"{method}={compared}/{method}" for method in sorted(methods, key=lambda m: m != "ours")]
-            scores = [read_json(f"scores/{task}/{method}/{scene}.json") for method in methods for scene in SCENES]
-            shown = [metric for metric in METRICS[task] if any(has(score, metric) for score in scores)]
+            known = [score for own in scores.values() for score in own]
+            shown = [metric for metric in METRICS[task] if any(has(score, metric) for score in known)]
             metrics = [word for metric in shown for word in ("--metric", metric)]
-            pliant(log[0], "evaluate", "compare", *folders, *metrics, "--out", f"tables/{task}")
-            text += f"\n## {task.capitalize()}\n\n| method | what it does | mean time [s] |\n|---|---|---|\n"
-            for method in methods:
-                seconds = mean([read_json(f"scores/{task}/{method}/{scene}.json")["seconds"] for scene in SCENES])
-                text += f"| {method} | {methods[method].get('what', '')} | "
+            text += f"\n## {task.capitalize()}\n\n"
+            text += "| method | what it does | failed | mean time [s] |\n|---|---|---|---|\n"
+            for method, own in scores.items():
+                seconds = mean([score["seconds"] for score in own])
+                failed = sum("failed" in score for score in own)
+                text += f"| {method} | {methods[method].get('what', '')} | {failed} of {len(own)} | "
                 text += "–" if seconds is None else f"{seconds:.0f}"
                 text += " |\n"
-            text += "\n" + open(f"tables/{task}/compare.md").read()
+            if len(methods) < 2:
+                text += f"\nThere is no second method to compare with; the scores are in `scores/{task}`.\n"
+            elif not shown:
+                text += f"\nNo method has a result to compare; `scores/{task}` says how each failed.\n"
+            else:
+                pliant(log[0], "evaluate", "compare", *folders, *metrics, "--out", f"tables/{task}")
+                text += "\n" + open(f"tables/{task}/compare.md").read()
         with open(output[0] + ".partial", "w") as out:
             out.write(text)
         os.rename(output[0] + ".partial", output[0])

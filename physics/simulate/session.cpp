@@ -80,6 +80,10 @@ void Session::rebuild() {
   if (settings_.max_substeps > 0) options.max_substeps = settings_.max_substeps;
   for (size_t i = 0; i < particles_.size(); ++i)
     particles_.young[i] = static_cast<float>(settings_.young_scale * original_.young[i]);
+  for (size_t k = 0; k < particles_.materials.size(); ++k)
+    for (const auto modulus : {&Material::bulk_modulus, &Material::branch_shear, &Material::branch_lambda,
+                               &Material::branch_viscosity})  // which keeps the time of relaxation
+      particles_.materials[k].*modulus = settings_.young_scale * original_.materials[k].*modulus;
   simulator_ = std::make_unique<Simulator<float>>(options, particles_, acting(), summary_);
   // A solver notices only changes within its own schedule, so that all that slept under another one wakes.
   state_.quiet_time.clear();

@@ -9,7 +9,7 @@ namespace pliant {
 
 /// What a person may change while a body moves.
 struct SessionSettings {
-  double young_scale = 1;         ///< times Young's modulus of every particle
+  double young_scale = 1;         ///< times Young's modulus of every particle, and the other moduli of its law
   double damping_time = 0;        ///< s, see SimulateOptions
   Vec3d gravity = {0, 0, -9.81};  ///< m/s^2; what differs from that of the options acts, even where a pin holds
   int max_substeps = 0;           ///< of a frame; 0 = that of SimulateOptions

@@ -102,22 +102,24 @@ PLIANT_EXPORT(solver_hold)(const double* numbers)->void {
   page().held.push_back(interaction_of({numbers, kInteractionNumbers}));
 }
 
-/// Begins at these positions [N, 3], velocities [N, 3] and deformation gradients [N, 9] (rows); memory [N, 19] as
-/// solver_memory gives it, where the law has one.  `held_as_captured`: a pin held the body as it was captured, 1 or 0;
-/// -1 = where one is among the interactions from the start on.  Returns which.
+/// Begins at these positions [N, 3], velocities [N, 3] and deformation gradients [N, 9] (rows); memory
+/// [remembered] as solver_memory gives it, 19 per particle where the law has one, else none.  `held_as_captured`: a pin
+/// held the body as it was captured, 1 or 0; -1 = where one is among the interactions from the start on.  Returns
+/// which.
 PLIANT_EXPORT(solver_start)
-(int held_as_captured, const float* x, const float* v, const float* F, const float* memory)->int {
+(int held_as_captured, int remembered, const float* x, const float* v, const float* F, const float* memory)->int {
   Page& p = page();
   if (held_as_captured >= 0) p.options.held_as_captured = held_as_captured != 0;
   p.start = initial_state(p.particles);
+  CHECK_MSG(static_cast<size_t>(remembered) == kMemoryNumbers * p.start.memory.size(), "what the law remembers");
   for (size_t i = 0; i < p.start.size(); ++i) {
     p.start.x[i] = Vec3f(x + 3 * i);
     p.start.v[i] = Vec3f(v + 3 * i);
     p.start.F[i] = matrix_at(F + 9 * i);
     if (p.start.memory.empty()) continue;
-    const float* const remembered = memory + kMemoryNumbers * i;
-    p.start.memory[i] = {p.start.F[i], matrix_at(remembered + 9), remembered[18]};
-    p.start.F[i] = matrix_at(remembered);
+    const float* const row = memory + kMemoryNumbers * i;
+    p.start.memory[i] = {p.start.F[i], matrix_at(row + 9), row[18]};
+    p.start.F[i] = matrix_at(row);
   }
   p.options.max_substeps = most_substeps(p.options, p.particles, 1, kMostSubsteps);
   p.session = std::make_unique<Session>(p.options, p.particles, p.held, p.start);

@@ -93,8 +93,10 @@ export class HandInput {
     const {physics} = this, {viewer} = physics, view = viewer.pageView();
     const found = viewer.centres && pick(view, viewer.centres, physics.movable, x, y, reach);
     if (!found) return false;
-    physics.enter();
+    const elsewhere = physics.enter();
     physics.live.manual = false;
+    // A finger comes from in front of the surface that it is to touch, which is not where it was picked.
+    if (elsewhere && physics.hand.tool === 'poke') return false;
     const rest = physics.restOf(found.index);
     physics.hand.begin(view, x, y, found, rest);
     viewer.dirty = true;

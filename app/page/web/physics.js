@@ -65,14 +65,16 @@ export class Physics {
 
   /**
    * Hands the object over to the solver as it is shown, at a whole frame so that recordings can start there; one whose
-   * material remembers what was done to it as it is in the first frame.
+   * material remembers what was done to it as it is in the first frame.  Returns whether that is not what was shown.
    */
   enter() {
-    if (this.running) return;
+    if (this.running) return false;
     const shown = Math.round(this.viewer.shown ?? this.player.frame);
     const frame = this.header.solver.remembers ? 0 : shown;
     this.#begin(frame, this.body, null);
-    if (frame !== shown) showStatus('What is done to this material stays done, so you begin where the clip begins.');
+    if (frame === shown) return false;
+    showStatus('What is done to this material stays done, so you begin where the clip begins.');
+    return true;
   }
 
   /** Goes back to the recording, at the frame where it was left. */

@@ -95,7 +95,7 @@ export function createSolverHost() {
       call('solver_hold', [], [Float64Array.from(numbers)]);
       active.set(number, {inSession: active.size});
     }
-    heldAsCaptured = call('solver_start', [heldAsCaptured], [good.x, good.v, good.F, good.memory]);
+    heldAsCaptured = call('solver_start', [heldAsCaptured, good.memory.length], [good.x, good.v, good.F, good.memory]);
   }
 
   function keep() {

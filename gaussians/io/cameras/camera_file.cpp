@@ -8,6 +8,8 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/polar.h"
+#include "gaussians/io/files/paths.h"
+#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/photo.h"
 
@@ -23,6 +25,26 @@ namespace {
 fs::path with_slashes(std::string path) {
   std::replace(path.begin(), path.end(), '\\', '/');
   return path;
+}
+
+/// None, then those of images as they are written: .jpg, .JPG, .Jpg.
+std::vector<std::string> make_photo_suffixes() {
+  std::vector<std::string> suffixes = {""};
+  for (const size_t capitals : {size_t{0}, std::string::npos, size_t{1}})
+    for (std::string suffix : kImageExtensions) {
+      for (size_t i = 1; i < suffix.size() && i <= capitals; ++i)
+        suffix[i] = static_cast<char>(std::toupper(static_cast<unsigned char>(suffix[i])));
+      suffixes.push_back(std::move(suffix));
+    }
+  return suffixes;
+}
+
+/// How well the folder of a photo fits that in its name: twice the number of last parts that are equal, and one where
+/// they are all that the name has.
+int likeness(const fs::path& folder, const fs::path& named) {
+  const std::vector<fs::path> have(folder.begin(), folder.end()), wanted(named.begin(), named.end());
+  const auto end = std::mismatch(wanted.rbegin(), wanted.rend(), have.rbegin(), have.rend()).first;
+  return 2 * static_cast<int>(end - wanted.rbegin()) + (end == wanted.rend());
 }
 
 /// A name that stays in its folder when files are called by it.
@@ -44,14 +66,24 @@ bool turn_to_shape(const Camera& camera, int& width, int& height) {
 }  // namespace
 
 fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders, const std::string& name) {
+  static const std::vector<std::string> suffixes = make_photo_suffixes();
   std::vector<fs::path> stems;
-  if (!photos.empty()) stems = {photos / name, photos / fs::path(name).filename()};
+  if (!photos.empty()) {
+    const fs::path whole = name, below_root = whole.relative_path();
+    stems = {photos / whole};
+    // With fewer and fewer of its first folders.
+    for (auto first = below_root.begin(); first != below_root.end(); ++first) {
+      fs::path rest;
+      for (auto part = first; part != below_root.end(); ++part) rest /= *part;
+      if (rest != whole) stems.push_back(photos / rest);
+    }
+  }
   for (const fs::path& folder : folders) stems.push_back(folder / name);
   for (const fs::path& stem : stems) {
-    for (const char* suffix : {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"}) {
+    for (const std::string& suffix : suffixes) {
       std::error_code ignored;
       const fs::path candidate = stem.string() + suffix;
-      if (fs::is_regular_file(candidate, ignored)) return candidate.lexically_normal();
+      if (fs::is_regular_file(candidate, ignored)) return tidy_path(candidate);
     }
   }
   const std::string slashed = with_slashes(name).string();
@@ -122,6 +154,7 @@ void CameraCollector::add(Camera camera, const std::string& photo_name) {
 CameraFile CameraCollector::finish(const std::string& format, bool sizes_are_of_photos) {
   result_.format = format;
   result_.files = {file_};
+  give_each_photo_to_one_frame();
   if (fit_ != PhotoFit::kView) keep_frames_with_photos();
   make_names_unique();
   if (fit_ != PhotoFit::kEachPhoto) {
@@ -129,6 +162,37 @@ CameraFile CameraCollector::finish(const std::string& format, bool sizes_are_of_
     warn_of_distortion();
   }
   return std::move(result_);
+}
+
+/// Where a file names cam0/0.png and cam1/0.png and its photos are those of cam0, both frames find the same one.  It is
+/// that of the frame whose name is most like its path; what the others' folder holds besides is no photo of theirs.
+void CameraCollector::give_each_photo_to_one_frame() {
+  std::map<std::string, std::vector<size_t>> frames_of;
+  for (size_t i = 0; i < names_.size(); ++i)
+    if (const std::string& photo = result_.cameras[i].photo; !photo.empty()) frames_of[photo].push_back(i);
+  const auto folder_in_name = [&](size_t i) { return with_slashes(names_[i]).lexically_normal().parent_path(); };
+  std::set<std::pair<fs::path, fs::path>> apart;  // the folder of photos and that of names which do not belong to it
+  for (const auto& [photo, frames] : frames_of) {
+    const fs::path folder = fs::path(photo).parent_path();
+    const fs::path whole = tidy_path(fs::absolute(photo)).parent_path();
+    const auto fit = [&](size_t i) { return likeness(whole, folder_in_name(i)); };
+    const size_t owner =
+        *std::max_element(frames.begin(), frames.end(), [&](size_t a, size_t b) { return fit(a) < fit(b); });
+    for (const size_t i : frames) {
+      if (folder_in_name(i) == folder_in_name(owner)) continue;
+      if (fit(i) == fit(owner))
+        throw input_error(file_.string(), "file_path",
+                          "'" + names_[owner] + "' and '" + names_[i] + "' both find the photo " + photo,
+                          "keep the photos in the folders that the file names");
+      apart.emplace(folder, folder_in_name(i));
+    }
+  }
+  for (size_t i = 0; i < names_.size(); ++i) {
+    std::string& photo = result_.cameras[i].photo;
+    if (photo.empty() || !apart.count({fs::path(photo).parent_path(), folder_in_name(i)})) continue;
+    photo.clear();
+    --result_.photos_found;
+  }
 }
 
 void CameraCollector::keep_frames_with_photos() {

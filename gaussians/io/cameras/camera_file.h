@@ -28,8 +28,9 @@ enum class PhotoFit {
 /// Names of Camera::distortion.
 extern const std::array<const char*, 6> kDistortionNames;
 
-/// The photo of a frame, suffix optional: in `photos` (may be empty) by its name with or without folders, else below
-/// one of `folders`; `\` separates folders where no file has it in its name.  Empty when there is none.
+/// The photo of a frame, suffix optional: in `photos` (may be empty) by its name with as many of its folders as are
+/// there, else below one of `folders`; `\` separates folders where no file has it in its name.  Empty when there is
+/// none.
 std::filesystem::path find_photo(const std::filesystem::path& photos, const std::vector<std::filesystem::path>& folders,
                                  const std::string& name);
 
@@ -62,13 +63,15 @@ class CameraCollector {
   /// a '_' before a leading dot.
   void add(Camera camera, const std::string& photo_name);
 
-  /// Leaves out frames without a photo when at least one has one (unless kView), makes names unique, scales the cameras
-  /// to photos of another size (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).
-  /// Where only the photo turned by its EXIF orientation has the shape of its camera, that is its size.  Throws
-  /// Error{kInput} for two frames of one photo and for a first photo of another shape.
+  /// Keeps a photo that several frames found for the frame whose name is most like its path, leaves out frames without
+  /// a photo when at least one has one (unless kView), makes names unique, scales the cameras to photos of another size
+  /// (unless `sizes_are_of_photos`) and warns about lens distortion (both as PhotoFit says).  Where only the photo
+  /// turned by its EXIF orientation has the shape of its camera, that is its size.  Throws Error{kInput} for two frames
+  /// of one photo and for a first photo of another shape.
   CameraFile finish(const std::string& format, bool sizes_are_of_photos = false);
 
  private:
+  void give_each_photo_to_one_frame();
   void keep_frames_with_photos();
   void make_names_unique();
   void match_size_of_photos();

@@ -11,6 +11,7 @@
 #include "gaussians/io/cameras/ply_points.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/files/paths.h"
 
 namespace fs = std::filesystem;
 
@@ -102,11 +103,11 @@ fs::path cameras_in(const fs::path& folder, ColmapChoice choice) {
   std::sort(par.begin(), par.end());
   if (!transforms.empty()) return transforms.front();
   if (fs::is_regular_file(folder / "cameras.json", ignored)) return folder / "cameras.json";
-  if (is_colmap(folder)) return folder.empty() ? fs::path(".") : folder.lexically_normal();
+  if (is_colmap(folder)) return folder.empty() ? fs::path(".") : tidy_path(folder);
   for (const char* name : {"sparse", "colmap/sparse"}) {
     const std::vector<NumberedModel> models = numbered_models_in(folder / name);
-    if (!models.empty()) return chosen(models, choice).folder.lexically_normal();
-    if (is_colmap(folder / name)) return (folder / name).lexically_normal();
+    if (!models.empty()) return tidy_path(chosen(models, choice).folder);
+    if (is_colmap(folder / name)) return tidy_path(folder / name);
   }
   if (!par.empty()) return par.front();
   return fs::is_regular_file(folder / "poses_bounds.npy", ignored) ? folder / "poses_bounds.npy" : fs::path();
@@ -114,7 +115,7 @@ fs::path cameras_in(const fs::path& folder, ColmapChoice choice) {
 
 std::string other_models(const fs::path& cameras) {
   if (!is_colmap(cameras)) return "";
-  const fs::path model = fs::absolute(cameras / "").lexically_normal().parent_path();
+  const fs::path model = tidy_path(fs::absolute(cameras / "")).parent_path();
   std::string used, others;
   for (const NumberedModel& other : numbered_models_in(model.parent_path())) {
     const std::string name = (other.folder.parent_path().filename() / other.folder.filename()).string(),

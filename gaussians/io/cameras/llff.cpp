@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/npy.h"
+#include "gaussians/io/files/paths.h"
 #include "gaussians/io/images/image_files.h"
 
 namespace fs = std::filesystem;
@@ -77,7 +78,7 @@ CameraFile read_llff(const fs::path& file, const fs::path& photos, PhotoFit fit)
   CameraCollector collector(file, fit);
   for (size_t i = 0; i < array.shape[0]; ++i) {
     Camera camera = camera_of(array.values.data() + kRow * i, name, i);
-    if (!found.empty()) camera.photo = found[i].lexically_normal().string();
+    if (!found.empty()) camera.photo = tidy_path(found[i]).string();
     collector.add(std::move(camera), found.empty() ? "image" + std::to_string(i) : found[i].filename().string());
   }
   return collector.finish("LLFF poses_bounds.npy");

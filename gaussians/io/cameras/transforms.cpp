@@ -6,6 +6,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/files/paths.h"
 
 namespace fs = std::filesystem;
 
@@ -194,9 +195,8 @@ void write_transforms(const fs::path& file, const std::vector<Camera>& cameras, 
   nlohmann::json out = shared ? intrinsics(cameras[0]) : nlohmann::json::object();
   out["camera_model"] = distorted ? "OPENCV" : "PINHOLE";
   out["frames"] = nlohmann::json::array();
-  const fs::path folder = fs::absolute(file).parent_path().lexically_normal();
   const auto from_folder = [&](const fs::path& named) {
-    return fs::absolute(named).lexically_normal().lexically_proximate(folder).generic_string();
+    return path_as_seen_from(fs::absolute(file).parent_path(), named).generic_string();
   };
   if (!points.empty()) out["ply_file_path"] = from_folder(points);
   for (const Camera& camera : cameras) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <set>
 #include <string>
 
 namespace pliant {
@@ -20,8 +19,7 @@ std::string extension_of(const fs::path& file) {
 }  // namespace
 
 bool is_image_file(const fs::path& file) {
-  static const std::set<std::string> kExtensions = {".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff"};
-  return kExtensions.count(extension_of(file)) > 0;
+  return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension_of(file)) != kImageExtensions.end();
 }
 
 bool is_jpeg_file(const fs::path& file) {

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <vector>
 
 namespace pliant {
 
-/// Whether a file is an image that read_image reads, by its extension in upper or lower case: png, jpg, jpeg, webp,
-/// bmp, tif, tiff.
+/// Extensions of the images that read_image reads, in lower case and with their dot.
+inline constexpr std::array<const char*, 7> kImageExtensions = {".png", ".jpg", ".jpeg", ".webp",
+                                                                ".bmp", ".tif", ".tiff"};
+
+/// Whether a file is an image that read_image reads, by its extension in upper or lower case.
 bool is_image_file(const std::filesystem::path& file);
 bool is_jpeg_file(const std::filesystem::path& file);
 

@@ -6,6 +6,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/paths.h"
 #include "gaussians/io/scene/doubtful.h"
 #include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/ply.h"
@@ -68,7 +69,7 @@ Error without_splats(const fs::path& folder) {
 fs::path cameras_of_splats(const fs::path& splats) {
   const fs::path beside = cameras_in(splats.parent_path());
   if (!beside.empty()) return beside;
-  const fs::path folder = fs::absolute(splats).lexically_normal().parent_path();
+  const fs::path folder = tidy_path(fs::absolute(splats)).parent_path();
   if (folder.filename().string().starts_with("iteration_")) return cameras_in(folder.parent_path().parent_path());
   return fs::is_symlink(splats) && fs::exists(splats) ? cameras_of_splats(fs::canonical(splats)) : fs::path();
 }

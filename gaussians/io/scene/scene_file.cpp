@@ -2,6 +2,7 @@
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/files/paths.h"
 #include "gaussians/io/scene/scene.h"
 #include "gaussians/io/scene/up_direction.h"
 
@@ -112,7 +113,7 @@ SceneFile read_scene_file(const fs::path& file) {
                                                      {"labels", &scene.labels}};
   for (const auto& [key, path] : paths) {
     if (!top.has(key)) continue;
-    *path = (folder / top.text(key)).lexically_normal();
+    *path = tidy_path(folder / top.text(key));
     std::error_code ignored;
     if (!fs::exists(*path, ignored)) {
       throw input_error(file.string(), key, "names " + path->string() + ", which does not exist", "correct the path");

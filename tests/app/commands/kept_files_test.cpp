@@ -91,6 +91,32 @@ TEST(OutFolder, OfADemoThatIsThereAlreadyStaysTheSameFolder) {
   EXPECT_EQ(folder_sums(folder / "mount"), second);
 }
 
+TEST(OutFolder, OfADemoOfAnotherVersionIsReplacedOnlyWhereThatIsWanted) {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "scene").string();
+  ASSERT_EQ(run_quietly(demo_words(out)), 0);
+  const auto sums = folder_sums(folder.path());
+  json record = json::parse(read_text(folder / "scene/demo.json"));
+  const std::string version = record["pliant"].dump();
+  record["pliant"] = "0.0.1";
+  const auto refused = [&](const std::string& text, const std::string& words) {
+    write_text(folder / "scene/demo.json", text);
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_quietly(demo_words(out)), 2);
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+  };
+  refused("[", "demo.json");
+  refused(record.dump(), "'pliant' was \"0.0.1\", now " + version);
+  const auto written = [&] { return fs::last_write_time(folder / "scene/splats.ply"); };
+  for (const bool is_same : {false, true}) {
+    const auto before = written();
+    ASSERT_EQ(run_quietly(demo_words(out, {"--overwrite"})), 0);
+    EXPECT_EQ(written() == before, is_same);
+    EXPECT_EQ(folder_sums(folder.path()), sums);
+  }
+}
+
 TEST(OutFolder, OfADemoWithFilesOfOthersIsRefused) {
   const TemporaryFolder folder;
   const std::string out = (folder / "scene").string();

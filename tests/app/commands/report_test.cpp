@@ -14,27 +14,59 @@
 
 namespace pliant {
 
-TEST(RunReport, TotalIsTheTimeOfAllStages) {
-  using nlohmann::json;
+namespace {
+
+using nlohmann::json;
+
+/// The report of a run with these stages.
+std::string report_of(const json& stages) {
   const TemporaryFolder folder;
+  write_text(folder / "run.json", json({{"scene", {{"source", "x"}}}, {"stages", stages}}).dump());
+  write_text(folder / "interactions.json", "[]");
+  write_report(RunDirectory::open(folder.path()), Scene(), "pliant run x");
+  return read_text(folder / "report.html");
+}
+
+/// What run.json says of stages that are done: the first took 1 s, each next one twice as long.
+json finished(const std::vector<std::string>& names) {
   json stages = json::object();
-  int seconds = 1, total = 0;
-  for (const char* name :
-       {"label", "segment", "extract", "repair", "fill", "seed", "fit", "simulate", "render", "page"}) {
+  int seconds = 1;
+  for (const std::string& name : names) {
     const json nothing = json::object();
     stages[name] = {{"options", nothing}, {"scene", nothing},    {"found", nothing},
                     {"inputs", nothing},  {"outputs", {"x"}},    {"summary", nothing},
                     {"wall_s", seconds},  {"peak_memory_mb", 1}, {"seed", 1}};
-    total += seconds;
     seconds *= 2;
   }
   stages["simulate"]["summary"]["motion"] = json::object();
-  write_text(folder / "run.json", json({{"scene", {{"source", "x"}}}, {"stages", stages}}).dump());
-  write_text(folder / "interactions.json", "[]");
-  write_report(RunDirectory::open(folder.path()), Scene(), "pliant run x");
-  const std::string report = read_text(folder / "report.html");
-  EXPECT_NE(report.find(fmt::format("<td>total</td><td>{:.1f}</td>", static_cast<double>(total))), std::string::npos)
-      << report;
+  return stages;
+}
+
+}  // namespace
+
+TEST(RunReport, TotalIsTheTimeOfAllStages) {
+  const std::string report = report_of(
+      finished({"label", "segment", "extract", "repair", "fill", "seed", "fit", "simulate", "render", "page"}));
+  EXPECT_NE(report.find("<td>total</td><td>1023.0</td>"), std::string::npos) << report;
+}
+
+TEST(RunReport, AnEThatWasFittedIsNotAssumed) {
+  json stages = finished({"extract", "predict", "fit", "simulate"});
+  const json band = {{"low", 0.2}, {"typical", 0.3}, {"high", 0.4}};
+  stages["predict"]["summary"] = {
+      {"understood", "palm"}, {"source", "a table"}, {"frequency_hz", 2}, {"frequency_band", band}};
+  for (const char* name : {"young", "poisson", "density"}) {
+    stages["predict"]["summary"][name] = 0.3;
+    stages["predict"]["summary"][name + std::string("_band")] = band;
+  }
+  for (const bool fitted : {false, true}) {
+    stages["simulate"]["found"]["fitted"] = fitted;
+    const std::string report = report_of(stages);
+    const auto says = [&](const char* word) { return report.find(word) != std::string::npos; };
+    EXPECT_EQ(says("mean of Young's modulus"), !fitted);
+    EXPECT_EQ(says("sway frequency"), !fitted);
+    for (const char* word : {"Poisson's ratio", "density [kg/m^3]", "palm: a table"}) EXPECT_TRUE(says(word)) << word;
+  }
 }
 
 TEST(QuotedWord, IsReadByAShellAsItIs) {

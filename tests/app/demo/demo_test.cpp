@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "app/demo/make_demo.h"
@@ -14,6 +15,7 @@
 #include "app/demo/splats.h"
 #include "app/demo/stage.h"
 #include "app/demo/train_splats.h"
+#include "app/evaluate/evaluate.h"
 #include "app/store/material.h"
 #include "app/store/segmentation.h"
 #include "app/store/trajectory.h"
@@ -297,7 +299,15 @@ TEST(DemoReference, MaterialOfTheSamplesDiffersEightfoldAndSceneFileIsFarOff) {
   EXPECT_EQ(scene.object, "flower");
   ASSERT_TRUE(scene.video.has_value());
   EXPECT_TRUE(fs::exists(scene.video->file));
-  EXPECT_EQ(read_trajectory(folder / "scene/truth/trajectory.h5").frames.size(), 6u);
+  const TrajectoryFile trajectory = read_trajectory(folder / "scene/truth/trajectory.h5");
+  EXPECT_EQ(trajectory.frames.size(), 6u);
+  EXPECT_EQ(trajectory.up, Vec3d::UnitZ());
+  // Errors are relative to the vertical extent of the particles.
+  const auto [lowest, highest] =
+      std::minmax_element(trajectory.frames[0].position.begin(), trajectory.frames[0].position.end(),
+                          [](const Vec3f& a, const Vec3f& b) { return a.z() < b.z(); });
+  const nlohmann::json score = evaluate_trajectory(folder / "scene/truth", folder / "scene/truth");
+  EXPECT_NEAR(score["height"].get<double>(), highest->z() - lowest->z(), 1e-6);
   const LabelFile labels = read_labels(folder / "scene/truth/labels.h5");
   EXPECT_EQ(labels.label.size(), read_ply(scene.splats).size());
   // Everything that the pins name is the pot: the lowest free solid lies above the soil.

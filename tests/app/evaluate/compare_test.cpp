@@ -156,6 +156,32 @@ TEST_F(Compare, OneResultOfASceneIsComparedWithTheMeanOverTheRunsOfAnother) {
   EXPECT_NEAR(none["mean"].get<double>(), (0 + 20) / 2.0, 1e-12);
 }
 
+TEST_F(Compare, RunsThatFailAgainstASingleResultOfTheSceneAreFailures) {
+  for (int run = 1; run <= 5; ++run)
+    write("ours", "a/" + std::to_string(run), {{"psnr", run <= 2 ? json(30) : json()}});
+  write("theirs", "a", {{"psnr", 25}});
+  write("few", "a/1", {{"psnr", 30}});
+  write("failed", "a/1", {{"psnr", nullptr}});
+  // 2 of 5 runs, the single result, 1 of 5 runs, none of 5; a failure counts as 0 dB.
+  const std::vector<std::string> names = {"ours", "theirs", "few", "failed"};
+  const std::vector<double> means = {12, 25, 6, 0};
+  const std::vector<int> failures = {3, 0, 4, 5}, results = {5, 1, 5, 5};
+  const json found = compare(names);
+  for (size_t m = 0; m < names.size(); ++m) {
+    const json& row = row_of(found["means"], "method", names[m], "psnr");
+    EXPECT_NEAR(row["mean"].get<double>(), means[m], 1e-12) << names[m];
+    EXPECT_EQ(row["failures"], failures[m]) << names[m];
+    EXPECT_EQ(row["results"], results[m]) << names[m];
+  }
+  // The same where no run has a result.
+  for (const char* run : {"a/1", "a/2"}) write("ours", run, {{"psnr", nullptr}});
+  CompareOptions options;
+  options.metrics = {"psnr"};
+  const json none = compare({"ours", "theirs"}, options);
+  EXPECT_EQ(row_of(none["means"], "method", "ours", "psnr")["failures"], 5);
+  EXPECT_EQ(none["differences"][0]["losses"], 1);
+}
+
 TEST_F(Compare, ScenesCountAlikeHoweverManyRunsTheyHave) {
   for (int run = 0; run < 9; ++run) {
     write("ours", "many/" + std::to_string(run), {{"psnr", 30}});
@@ -222,6 +248,10 @@ TEST_F(Compare, UselessInputIsRefused) {
   expect_error(Failure::kUsage, {"frequency_error:higher", "lower"}, [&] { compare({"ours", "ours"}, options); });
   options.metrics = {"psnr:higher"};
   EXPECT_EQ(compare({"ours", "ours"}, options)["means"][0]["metric"], "psnr");
+  options.metrics = {"psnr", "seconds:lower", "psnr:higher"};
+  expect_error(Failure::kUsage, {"--metric", "'psnr' twice"}, [&] { compare({"ours", "ours"}, options); });
+  options.metrics = {"seconds:lower", "seconds:higher"};
+  expect_error(Failure::kUsage, {"--metric", "'seconds' twice"}, [&] { compare({"ours", "ours"}, options); });
   expect_error(Failure::kInput, {"a.json", "not a JSON object"}, [&] { compare({"ours", "list"}); });
   const std::string ours = (folder_ / "ours").string();
   EXPECT_EQ(run_quietly({"evaluate", "compare", "x=" + ours, ours}), 2);

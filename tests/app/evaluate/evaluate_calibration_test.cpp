@@ -74,13 +74,34 @@ TEST(EvaluateCalibration, UselessTablesAreRefusedByLineAndColumn) {
   };
   refuse("estimate,sigma\n1,1\n", {"line 1", "truth"});
   refuse("estimate,truth,sigma,low,high\n1,1,1,0,2\n", {"line 1", "either"});
+  refuse("estimate,truth,sigma,low\n1,1,1,0\n", {"line 1", "either"});
+  refuse("estimate,truth,high,sigma\n1,1,2,1\n", {"line 1", "either"});
+  refuse("estimate,truth,low\n1,1,0\n", {"line 1", "either"});
   refuse("estimate,truth,sigma,colour\n1,1,1,red\n", {"colour"});
   refuse("estimate,truth,sigma\n1,1,0\n", {"line 2", "sigma", "width"});
   refuse("estimate,truth,low,high\n1,1,1.5,2\n", {"line 2", "low"});
   refuse("estimate,truth,sigma\n1,x,1\n", {"line 2", "truth", "x"});
   refuse("estimate,truth,sigma\n1,1,1\n2,2,2\n", {"2 rows", "8"});
   refuse("quantity,estimate,truth,sigma\nE,1,1,1\nall,1,1,1\n", {"line 3", "quantity", "'all'"});
-  EXPECT_EQ(run_quietly({"evaluate", "calibration", (folder / "bands.csv").string(), "--band", "2"}), 2);
+  const std::string file = (folder / "bands.csv").string();
+  EXPECT_EQ(run_quietly({"evaluate", "calibration", file, "--band", "2"}), 2);
+}
+
+TEST(EvaluateCalibration, TheBandIsThatOfLowAndHigh) {
+  const TemporaryFolder folder;
+  std::string symmetric = "estimate,truth,sigma\n", sides = "estimate,truth,low,high\n";
+  for (int i = 0; i < 16; ++i) {
+    const double estimate = Random(9, i).normal();
+    symmetric += fmt::format("{},0,1\n", estimate);
+    sides += fmt::format("{},0,{},{}\n", estimate, estimate - 1, estimate + 1);
+  }
+  const auto with_sigma = folder.file("sigma.csv", symmetric), with_sides = folder.file("sides.csv", sides);
+  CalibrationOptions options;
+  options.band = 0.68;
+  EXPECT_EQ(evaluate_calibration(with_sides, {}), evaluate_calibration(with_sides, options));
+  expect_error(Failure::kUsage, {"--band", "sigma"}, [&] { evaluate_calibration(with_sigma, options); });
+  EXPECT_EQ(run_quietly({"evaluate", "calibration", with_sigma.string(), "--band", "0.68"}), 2);
+  EXPECT_EQ(run_quietly({"evaluate", "calibration", with_sides.string(), "--band", "0.9", "--json"}), 0);
 }
 
 }  // namespace

@@ -36,6 +36,51 @@ TEST(FitOscillation, FrequencyDecayAndAmplitudeOfAClosedFormAreFound) {
     }
 }
 
+TEST(FitOscillation, AMotionThatDiesOutEarlyInTheRecordIsFound) {
+  for (const double seconds : {4.0, 10.0})
+    for (const double frequency : {1.5, 2.0, 3.0, 5.0})
+      for (const double decay : {0.0, 1.0, 3.0, 4.5, 6.0, 9.0})
+        for (const double noise : {0.0, 1e-3}) {
+          std::vector<double> values;
+          for (int i = 0; i < 30 * seconds; ++i) {
+            const double t = i / 30.0;
+            values.push_back(0.3 - 0.1 * t + 1.7 * std::exp(-decay * t) * std::sin(2 * M_PI * frequency * t + 0.4) +
+                             noise * Random(5, i).normal());
+          }
+          const DampedOscillation found = fit_oscillation(values, 30);
+          const double exact = noise > 0 ? 1 : 1e-4;
+          EXPECT_NEAR(found.frequency / frequency, 1, 0.01 * exact) << seconds << " " << decay;
+          EXPECT_NEAR(found.decay, decay, exact * (0.01 + 0.02 * decay)) << seconds << " " << frequency;
+          EXPECT_NEAR(found.amplitude / 1.7, 1, 0.02 * exact) << seconds << " " << frequency << " " << decay;
+        }
+}
+
+TEST(FitOscillation, ADecayAsFastAsTheOscillationIsFound) {
+  // The second swing has 0.2 % of the first.
+  for (const double periods : {2.0, 6.0, 15.0}) {
+    std::vector<double> values;
+    const double rate = 40, frequency = periods * rate / 250, decay = 2 * M_PI * frequency;
+    for (int i = 0; i < 250; ++i)
+      values.push_back(2 + 0.4 * std::exp(-decay * i / rate) * std::cos(2 * M_PI * frequency * i / rate));
+    const DampedOscillation found = fit_oscillation(values, rate);
+    EXPECT_NEAR(found.frequency / frequency, 1, 1e-4) << periods;
+    EXPECT_NEAR(found.decay / decay, 1, 1e-4) << periods;
+  }
+}
+
+TEST(FitOscillation, ValuesThatCreepBackWithoutASwingHaveNoFrequency) {
+  for (const double rate : {1.0, 3.0, 6.0, 25.0}) {
+    std::vector<double> simple, from_rest;
+    for (int i = 0; i < 120; ++i) {
+      const double e = std::exp(-rate * i / 30.0);
+      simple.push_back(e);
+      from_rest.push_back(2 * e - e * e);
+    }
+    EXPECT_EQ(fit_oscillation(simple, 30).frequency, 0) << rate;
+    EXPECT_EQ(fit_oscillation(from_rest, 30).frequency, 0) << rate;
+  }
+}
+
 TEST(FitOscillation, ValuesThatDoNotOscillateHaveNoFrequency) {
   EXPECT_EQ(fit_oscillation(std::vector<double>(40, 2.0), 30).frequency, 0);
   EXPECT_EQ(fit_oscillation({1, 2, 1, 2}, 30).frequency, 0);
@@ -251,6 +296,23 @@ TEST(EvaluateMotion, BothClipsLastUntilTheFitOfTheFreeMotion) {
                [&] { evaluate_motion(folder / "truth", folder / "brief", score); });
   score.free_from = 0.4;
   EXPECT_EQ(evaluate_motion(folder / "brief", folder / "truth", score)["free_from_by"], "--free-from");
+}
+
+TEST(EvaluateMotion, TheFreeMotionCountsFromTheBeginOfTheComparedPart) {
+  const TemporaryFolder folder;
+  // Held for 0.8 s of the file.
+  Swing swing;
+  swing.release = 0.8;
+  swing.frames = 54;
+  swing.write_folder(folder / "clip");
+  MotionScore score;
+  score.fps = 30;
+  score.from = 0.5;
+  score.free_from = 0.3;
+  const json out = evaluate_motion(folder / "clip", folder / "clip", score);
+  EXPECT_NEAR(out["free_from_s"].get<double>(), 0.3, 1e-9);
+  EXPECT_NEAR(out["truth"]["frequency_hz"].get<double>(), 1.6, 0.02);
+  EXPECT_NEAR(out["truth"]["decay_per_s"].get<double>(), 0.5, 0.05);
 }
 
 TEST(EvaluateMotion, OfParticlesGivesTheirFrequencyDampingAndAmplitude) {

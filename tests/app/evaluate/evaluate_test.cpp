@@ -13,6 +13,8 @@
 #include "gaussians/base/random.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
+#include "gaussians/io/images/photo.h"
+#include "tests/gaussians/photo_files.h"
 #include "tests/temporary_folder.h"
 
 using nlohmann::json;
@@ -122,6 +124,28 @@ TEST(EvaluateImages, WhatTransparencyHidesDoesNotCount) {
               1e-6);
 }
 
+TEST(EvaluateImages, PhotosAreTurnedWhereOnlyThatGivesTheSizeOfTheRender) {
+  const TemporaryFolder folder;
+  const auto value = [](int x, int y, int c) { return 40 + 4 * x + 2 * y + 10 * c; };
+  const std::string jpeg = encoded(".jpg", picture_of(30, 20, value), 100);
+  for (const int orientation : {5, 6, 7, 8}) {
+    folder.file("photos/v.jpg", with_orientation(jpeg, orientation, true));
+    const Photo photo = read_photo(folder / "photos/v.jpg");
+    ASSERT_EQ(photo.orientation, orientation);
+    const ImageF stored = read_image(folder / "photos/v.jpg");
+    // Upright renders and renders of the stored pixels are both those of the photo, on either side.
+    for (const ImageF& render : {stored, oriented(stored, orientation)}) {
+      write_image(folder / "renders/v.png", render);
+      EXPECT_TRUE(evaluate_images(folder / "renders", folder / "photos")["identical"].get<bool>()) << orientation;
+      EXPECT_TRUE(evaluate_images(folder / "photos", folder / "renders")["identical"].get<bool>()) << orientation;
+    }
+  }
+  // Without a tag nothing says how to turn it.
+  folder.file("photos/v.jpg", jpeg);
+  expect_error(Failure::kInput, {"20 x 30", "30 x 20"},
+               [&] { evaluate_images(folder / "renders", folder / "photos"); });
+}
+
 TEST(EvaluateImages, MissingExtraSmallAndDifferentlySizedPicturesAreErrors) {
   const TemporaryFolder folder;
   write_image(folder / "truth/a.png", noise(20, 20, 1));
@@ -221,7 +245,15 @@ TEST(EvaluateSegmentation, UnlabelledPixelsOfTheTruthDoNotCount) {
   const TemporaryFolder folder;
   write_ids(folder / "truth/v.png", square(10, 5, 0));
   write_ids(folder / "pred/v.png", square(10, 5, 5));
-  EXPECT_EQ(evaluate_segmentation(folder / "pred", folder / "truth")["miou"], 1.0);
+  json out = evaluate_segmentation(folder / "pred", folder / "truth");
+  EXPECT_EQ(out["miou"], 1.0);
+  ASSERT_EQ(out["warnings"].size(), 1u);
+  EXPECT_NE(out["warnings"][0].get<std::string>().find("one object and no background"), std::string::npos);
+  // Where the background has an ID, what is painted over it counts.
+  write_ids(folder / "truth/v.png", square(10, 5, 9));
+  out = evaluate_segmentation(folder / "pred", folder / "truth");
+  EXPECT_NEAR(out["per_id"]["5"]["iou"].get<double>(), 400.0 / 2400, 1e-12);
+  EXPECT_TRUE(out["warnings"].empty());
 }
 
 TEST(EvaluateSegmentation, AMissingPictureCountsAsZero) {
@@ -399,6 +431,22 @@ TEST(EvaluateTrajectory, TheTipOfWhatHangsIsItsLowerEnd) {
              stands = evaluate_trajectory(folder / "stands.h5", folder / "stands.h5");
   EXPECT_NEAR(hangs["tip"]["peak"].get<double>(), stands["tip"]["peak"].get<double>(), 1e-6);
   EXPECT_EQ(hangs["frequency_error"], 0);
+}
+
+TEST(EvaluateTrajectory, UpIsThatOfThePredictionWhereTheTruthDoesNotSayIt) {
+  const TemporaryFolder folder;
+  // Wider than high, so that the largest extent is not the height.
+  TrajectoryFile rod = swaying(51, 48, 24, 2, 0.2);
+  for (auto& frame : rod.frames) {
+    frame.position.push_back(Vec3f(-3, 0, 0));
+    frame.velocity.push_back(Vec3f::Zero());
+    frame.F.push_back(Mat3f::Identity());
+  }
+  write_trajectory(folder / "up.h5", rod, "{}");
+  rod.up = Vec3d::Zero();
+  write_trajectory(folder / "unknown.h5", rod, "{}");
+  EXPECT_NEAR(evaluate_trajectory(folder / "up.h5", folder / "unknown.h5")["height"].get<double>(), 1, 1e-6);
+  EXPECT_NEAR(evaluate_trajectory(folder / "unknown.h5", folder / "unknown.h5")["height"].get<double>(), 3, 1e-6);
 }
 
 TEST(EvaluateTrajectory, AFrameRateThatIsNoMultipleMakesNoErrorOfItsOwn) {

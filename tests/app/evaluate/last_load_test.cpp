@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/evaluate/evaluate.h"
+#include "app/import/interactions.h"
 #include "app/store/trajectory.h"
+#include "gaussians/io/files/files.h"
 #include "tests/temporary_folder.h"
 
 using nlohmann::json;
@@ -110,6 +112,19 @@ TEST(LastLoad, TheLoadsOfARunAreThoseOfTheTrajectoryThatWasSimulatedLast) {
   const json out = evaluate_motion(rod.parent_path(), other);
   EXPECT_EQ(out["free_from_by"], "interactions.json");
   EXPECT_NEAR(out["prediction"]["damping_time_s"].get<double>(), 2, 0.01);
+}
+
+TEST(LastLoad, OfAConfigurationOfPhysGaussianIsUnknown) {
+  const TemporaryFolder folder;
+  const auto rod = write_pushed_rod(folder / "beside/trajectory.h5");
+  const auto script = folder.file("beside/interactions.json", R"({"physgaussian": {"E": 1e5}, "notes": []})");
+  EXPECT_EQ(evaluate_motion(rod, rod)["free_from_by"], "largest motion");
+  EXPECT_EQ(evaluate_trajectory(rod, rod)["free_from_by"], "largest motion");
+  MotionScore score;
+  score.free_from = 1;
+  EXPECT_EQ(evaluate_motion(rod, rod, score)["free_from_by"], "--free-from");
+  expect_error(Failure::kUsage, {"interactions.json", "--physgaussian"},
+               [&] { parse_interactions(read_text(script), {}, script.string()); });
 }
 
 TEST(LastLoad, IsTheLatestChangeBeforeTheEnd) {

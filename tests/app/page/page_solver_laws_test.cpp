@@ -41,6 +41,15 @@ TEST_F(PageSolver, HasTheLawsThatYieldFlowAndRelax) {
   unsetenv("PLIANT_INSTRUCTION_SET");
 }
 
+TEST_F(PageSolver, RefusesAStateWithoutWhatTheLawRemembers) {
+  json description = described(PageSolverCase(yielding(Law::kMetal)));
+  description["script"] = json::array();
+  description["start"]["memory"] = json::array();
+  const json printed = run(description);
+  ASSERT_TRUE(printed.contains("error")) << printed;
+  EXPECT_NE(printed["error"].get<std::string>().find("remembers"), std::string::npos) << printed;
+}
+
 // A state is whole with what the law remembers: the motion goes on as it would have.
 TEST_F(PageSolver, GoesOnWithWhatTheLawRemembers) {
   setenv("PLIANT_INSTRUCTION_SET", "baseline", 1);

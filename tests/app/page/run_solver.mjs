@@ -68,7 +68,7 @@ try {
   solver.solver_link(run.links.length / 2, put(run.links, Int32Array));
   for (const numbers of run.solver.held) solver.solver_hold(put(numbers, Float64Array));
   const {x, v, F, memory: remembered} = run.start;
-  solver.solver_start(-1, ...[x, v, F, remembered].map((values) => put(values, Float32Array)));
+  solver.solver_start(-1, remembered.length, ...[x, v, F, remembered].map((values) => put(values, Float32Array)));
   const chunks = [];
   let milliseconds = 0, substeps = 0;
   for (let frame = 0; frame < run.frames; ++frame) {

@@ -7,14 +7,14 @@
 
 #include "app/import/material_fields.h"
 #include "app/predict/object_prior.h"
-#include "app/run/run_directory.h"
+#include "app/run/attach_scene.h"
 #include "app/store/material.h"
 #include "app/store/particles.h"
 #include "app/store/trajectory.h"
 #include "fitting/predict/material_table.h"
 #include "gaussians/io/files/json_file.h"
-#include "tests/app/beam_scene.h"
-#include "tests/app/run_pliant.h"
+#include "tests/app/finished_stage.h"
+#include "tests/app/predict/predict_case.h"
 #include "tests/fitting/predict/mock_server.h"
 #include "tests/temporary_folder.h"
 
@@ -69,30 +69,6 @@ TEST(ObjectPrior, OfALabelThatOnlyALanguageModelKnows) {
   EXPECT_EQ(prior.young.typical, 3e6);
   EXPECT_FALSE(prior.unanswered || prior.height);
 }
-
-/// A beam whose scene file says nothing of its material.
-class Predict : public ::testing::Test {
- protected:
-  void SetUp() override {
-    make_beam_scene(folder_ / "scene");
-    json scene = read_json(folder_ / "scene/scene.json");
-    scene.erase("material");
-    scene.erase("metres_per_unit");
-    write_text(folder_ / "scene/scene.json", scene.dump());
-  }
-  /// `run` with these words besides.
-  int run(std::vector<std::string> words) const {
-    words.insert(words.begin(), {"run", (folder_ / "scene").string(), "--out", (folder_ / "run").string(), "--aabb",
-                                 "-0.1,-0.1,0.9,0.9,0.3,1.3", "--scene.orbit-views", "6", "--seed.particles", "300",
-                                 "--seed.no-pin-contact", "--simulate.fps", "20", "--duration", "0.2", "--no-html",
-                                 "--render.no-orbit"});
-    return run_quietly(words);
-  }
-  json summary(const char* stage) const { return read_json(folder_ / "run/run.json")["stages"][stage]["summary"]; }
-  MaterialFile material(const char* file) const { return read_material(folder_ / "run/objects/1_object" / file); }
-
-  const TemporaryFolder folder_;
-};
 
 TEST_F(Predict, RunWithoutAMaterialEndsWithAClipThatSwaysAtTwoHertz) {
   ASSERT_EQ(run({}), 0);
@@ -196,7 +172,10 @@ TEST_F(Predict, SoftnessOfALabelMovesEAndNotItsBand) {
 TEST_F(Predict, ALabelOfTheStageSetsTheScaleAndAnotherScaleIsRefused) {
   ASSERT_EQ(run({}), 0);
   const std::string directory = (folder_ / "run").string();
-  const auto height = [&] { return read_json(folder_ / "run/run.json").value("assumed_height", json()); };
+  const auto height = [&] {
+    const json note = read_json(folder_ / "run/run.json").value("assumed_height", json());
+    return note.is_object() ? note["height"] : note;
+  };
   EXPECT_TRUE(height().is_null());
   ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower"}), 0);
   EXPECT_EQ(height(), object_prior({"", "sunflower", "", {}, {}}).height->typical);
@@ -343,6 +322,13 @@ TEST_F(Predict, ThePreviewShowsTheBandAndIsMadeOnce) {
   ASSERT_EQ(run({"--label", "sunflower"}), 0);
   const std::string directory = (folder_ / "run").string();
   const std::string before = read_text(folder_ / "run/objects/1_object/trajectory.h5");
+  // A fit that is to replace another, and was interrupted, is no matter of the preview.
+  json record = read_json(folder_ / "run/run.json");
+  const json fit = finished_stage(json::object(), json::array({"objects/1_object/material.h5"}));
+  record["begun"]["fit"] = {{"outputs", fit["outputs"]},
+                            {"replaced", {{"record", fit}, {"moved", json::array()}, {"written", json::array()}}}};
+  write_text(folder_ / "run/run.json", record.dump());
+  ASSERT_TRUE(is_refit_unfinished(RunDirectory::open(folder_ / "run")));
   ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower", "--preview"}), 0);
   ASSERT_TRUE(fs::exists(folder_ / "run/softness.mp4"));
   std::vector<double> young;

@@ -4,6 +4,7 @@
 #include "app/reconstruct/trained_scene.h"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app/reconstruct/photo_set.h"
 #include "app/reconstruct/reconstruct_stage.h"
@@ -283,6 +284,50 @@ TEST_F(Reconstruct, MasksMayHaveTheSizeOfThePhotosWhereTheCamerasAreLarger) {
   EXPECT_EQ(masks.views[0].ids.width, 20);
   EXPECT_EQ(masks.views[0].ids(9, 7), 1u);
   EXPECT_EQ(masks.views[0].ids(10, 7), 2u);
+}
+
+TEST_F(Reconstruct, AFolderBehindALinkKeepsItsPhotos) {
+  const TemporaryFolder folder;
+  make_photos(folder / "home/set", 4);
+  fs::create_directories(folder / "real/deep/disk");
+  fs::create_directory_symlink(folder / "real/deep/disk", folder / "scratch");
+  const PhotoSet set = find_photo_set(folder / "home/set");
+  const CameraFile cameras = read_photo_cameras(set);
+  const TrainingPhotos photos = load_training_photos({}, cameras);
+  const GaussianCloud cloud = made_cloud();
+  RunDirectory run = RunDirectory::create(folder / "scratch/scene");
+  write_trained_scene(run, {.set = set, .cameras = cameras, .photos = photos, .cloud = cloud});
+  const Scene scene = load_scene(folder / "scratch/scene");
+  EXPECT_TRUE(fs::equivalent(scene.settings.photos, folder / "home/set"));
+  ASSERT_EQ(scene.cameras.size(), 4u);
+  EXPECT_TRUE(fs::equivalent(scene.cameras[2].photo, folder / "home/set/photos/v12.png"));
+}
+
+TEST_F(Reconstruct, WhatAnUnfinishedTrainingHasWrittenIsWrittenAnew) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 4);
+  const PhotoSet set = find_photo_set(folder / "set");
+  const CameraFile cameras = read_photo_cameras(set);
+  TrainingPhotos photos = load_training_photos({.longest_side = 40}, cameras);
+  const GaussianCloud cloud = made_cloud();
+  const fs::path out = folder / "scene";
+  RunDirectory run = RunDirectory::create(out);
+  const auto write = [&] {
+    return write_trained_scene(run, {.set = set, .cameras = cameras, .photos = photos, .cloud = cloud});
+  };
+  for (int trainings = 0; trainings < 2; ++trainings) {
+    const std::string name = std::exchange(photos.photos[3].camera.name, std::string(300, 'x'));  // no file has it
+    EXPECT_ANY_THROW(write());
+    ASSERT_TRUE(fs::exists(out / "photos"));
+    photos.photos[3].camera.name = name;
+    EXPECT_EQ(write(), std::vector<std::string>());
+    EXPECT_FALSE(fs::exists(out / "photos.1"));
+    EXPECT_EQ(load_scene(out).cameras.size(), 4u);
+  }
+  // What the user has changed in a finished one is kept.
+  fs::remove(out / "photos/v11.png");
+  EXPECT_EQ(write().size(), 1u);
+  EXPECT_TRUE(fs::exists(out / "photos.1/v12.png"));
 }
 
 }  // namespace

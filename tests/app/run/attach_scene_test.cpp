@@ -195,6 +195,51 @@ TEST(AttachScene, ALinkToSplatsStaysALinkBesideWhichTheCamerasLie) {
   EXPECT_EQ(recorded_place(earlier).filename(), "flower.ply");
 }
 
+TEST(AttachScene, OfAnUnknownScaleOneSentenceIsSaidWhereNoHeightOfThisObjectIsAssumed) {
+  const TemporaryFolder folder;
+  write_model(folder / "model");
+  const auto extract = [&](const std::string& object) {
+    fs::create_directories(folder / ("run/objects/" + object));
+    nlohmann::json manifest = {
+        {"scene", {{"source", (folder / "model").string()}}},
+        {"stages", {{"extract", finished_stage({{"folder", "objects/" + object}, {"height", 0.4}})}}}};
+    if (fs::exists(folder / "run/run.json"))
+      manifest["assumed_height"] = RunDirectory::open(folder / "run").note("assumed_height");
+    folder.file("run/run.json", manifest.dump());
+  };
+  // Sentences about the scale, and metres per unit.
+  const auto said = [&](const LoadOptions& options = {}) {
+    RunDirectory run = RunDirectory::open(folder / "run");
+    int sentences = 0;
+    Progress progress(true);
+    progress.listen([&](const ProgressEvent& event) {
+      for (const char* word : {"scale", "length of a unit"}) sentences += event.text.find(word) != std::string::npos;
+    });
+    const Scene scene = attach_scene({progress, [] { return false; }}, run, folder / "model", options);
+    EXPECT_EQ(load_run_scene(run).metres_per_unit, scene.metres_per_unit);
+    return std::pair(sentences, scene.metres_per_unit);
+  };
+  extract("1_palm");
+  EXPECT_EQ(said(), std::pair(1, 1.0));
+  {
+    RunDirectory run = RunDirectory::open(folder / "run");
+    record_assumed_height(run, 1.2);
+  }
+  EXPECT_EQ(said(), std::pair(0, 1.2 / 0.4));
+  extract("2_vase");
+  EXPECT_EQ(said(), std::pair(1, 1.0)) << "the height is that of the palm";
+  extract("1_palm");
+  EXPECT_EQ(said(), std::pair(0, 1.2 / 0.4));
+  // Another name of the same object.
+  fs::remove(folder / "run/objects/1_palm");
+  extract("1_plant");
+  EXPECT_EQ(said(), std::pair(0, 1.2 / 0.4));
+  LoadOptions options;
+  options.metres_per_unit = 2;
+  EXPECT_EQ(said(options), std::pair(0, 2.0));
+  EXPECT_EQ(said(), std::pair(1, 1.0)) << "what the user says of the scale ends what was assumed";
+}
+
 TEST(AttachScene, ARunKeepsThatItsSceneIsAntialiased) {
   const TemporaryFolder folder;
   write_model(folder / "model");

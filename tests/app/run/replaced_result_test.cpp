@@ -1,6 +1,7 @@
 // What a stage made before stays until there is a new result, and comes back where none is made.
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
 
@@ -44,6 +45,17 @@ class ReplacingAResult : public RunDirectoryTest {
     const pid_t process = fork();
     killed_ = process == 0;
     if (killed_) attempt(a, files, {});
+    waitpid(process, nullptr, 0);
+  }
+  /// The same in a process that is killed at the first byte that it writes: of the record that the stage has begun.
+  void attempt_and_be_killed_before_it_is_recorded(int a) {
+    const pid_t process = fork();
+    if (process == 0) {
+      const rlimit none = {0, 0};
+      setrlimit(RLIMIT_FSIZE, &none);
+      attempt(a, {}, {});
+      _exit(0);
+    }
     waitpid(process, nullptr, 0);
   }
   void make_first() { attempt(1, {"fit/out.txt", "old.png"}, {}); }
@@ -130,6 +142,22 @@ TEST_F(ReplacingAResult, ThePreviousResultComesBackWhereTheInterruptedOneFailsOr
   EXPECT_TRUE(fs::exists(folder_ / "run/fit.failed/more"));
   EXPECT_EQ(read_text(folder_ / "run/fit.1/out.txt"), "1");
   EXPECT_FALSE(fs::exists(folder_ / "run/fit.2"));
+}
+
+TEST_F(ReplacingAResult, AProgramThatIsKilledAsItMovesThePreviousResultLosesNothing) {
+  make_first();
+  attempt_and_be_killed_before_it_is_recorded(2);
+  expect_first();
+  // Recorded as replaced, but not moved yet; or moved back, which is not recorded yet.
+  for (const int next : {1, 3, 2}) {
+    EXPECT_EQ(attempt(2, {}, Failure::kInterrupted), Failure::kInterrupted);
+    fs::remove_all(folder_ / "run/fit");
+    fs::rename(folder_ / "run/fit.1", folder_ / "run/fit");
+    if (next != 1) EXPECT_EQ(attempt(next, {}, Failure::kNumerical), Failure::kNumerical);
+    expect_first();
+  }
+  EXPECT_EQ(attempt(2, {"fit/out.txt", "new.png"}, {}), std::nullopt);
+  EXPECT_EQ(read_text(folder_ / "run/fit.1/out.txt"), "1");
 }
 
 TEST_F(ReplacingAResult, AnInterruptedStageWhosePreviousResultIsGoneGoesOn) {

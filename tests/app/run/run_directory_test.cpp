@@ -40,6 +40,13 @@ TEST_F(RunDirectoryTest, WhatAKilledProgramWasWritingIsCleanedAway) {
   // It was training the scene that this is to be the run of.
   write_text(folder_ / "training/scene/run.json", "{}");
   EXPECT_NO_THROW(RunDirectory::create(folder_ / "training"));
+  // It was about to, and had recorded nothing yet.
+  for (const char* name : {".lock", "scene/.lock", "scene/.run.tmp5.json"}) write_text(folder_ / "begun" / name, "");
+  EXPECT_NO_THROW(RunDirectory::create(folder_ / "begun"));
+  write_text(folder_ / "begun/scene/notes.txt", "mine");
+  EXPECT_THROW(RunDirectory::create(folder_ / "begun"), Error);
+  write_text(folder_ / "file/scene", "mine");
+  EXPECT_THROW(RunDirectory::create(folder_ / "file"), Error);
 }
 
 TEST_F(RunDirectoryTest, AFolderThatWasMadeAndThatNothingCameIntoGoesAgain) {

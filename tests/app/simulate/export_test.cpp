@@ -201,6 +201,19 @@ TEST_F(ExportTest, OutputOfPhysGaussianThatIsReplacedLeavesNoFramesOfALongerMoti
   EXPECT_EQ(read_text(folder / "pg/mine.txt"), "keep");
 }
 
+TEST_F(ExportTest, OutputOfPhysGaussianIsThatOfTheParticlesThatAreThere) {
+  const fs::path file = folder / "run/run.json", particles = folder / "run/objects/1_ball/particles.h5";
+  json record = json::parse(read_text(file));
+  const auto export_with = [&](const json& hash) {
+    record["stages"]["simulate"]["inputs"]["particles"] = hash;
+    write_text(file, record.dump());
+    return run({"--physgaussian-output", (folder / "pg").string()});
+  };
+  EXPECT_EQ(export_with("of other particles"), 2);
+  EXPECT_FALSE(fs::exists(folder / "pg"));
+  EXPECT_EQ(export_with(hash_of_input(particles)), 0);
+}
+
 TEST_F(ExportTest, AnotherSequenceOrOtherFilesAreNotMixedIn) {
   ASSERT_EQ(run({"--ply-sequence", out()}), 0);
   EXPECT_EQ(run({"--ply-sequence", out(), "--every", "2"}), 2);

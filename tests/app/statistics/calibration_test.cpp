@@ -80,6 +80,25 @@ TEST(Calibrate, ALevelWithoutItsOrderStatisticHasNoFactor) {
   }
 }
 
+TEST(Calibrate, TheFactorIsTheOrderStatisticAlsoWhereItsRankIsAWholeNumber) {
+  // (n + 1) q, which binary numbers miss for some n.
+  struct Case {
+    int half;
+    double nominal;
+    int rank;
+  };
+  for (const Case& c : {Case{74, 0.68, 51}, Case{149, 0.68, 102}, Case{174, 0.68, 119}, Case{24, 0.68, 17},
+                        Case{75, 0.68, 52}, Case{9, 0.9, 9}, Case{99, 0.9, 90}}) {
+    std::vector<StatedBand> rows;
+    for (int i = 1; i <= 2 * c.half; ++i) rows.push_back({0, 1, 1, static_cast<double>(i)});
+    const std::vector<double> levels = {c.nominal};
+    const CalibrationLevel level = calibrate(rows, levels, 1).levels[0];
+    // It covers as many bands of the first half as its rank; 1e-9 for the rounding of the band that gives it.
+    const int covered = coverage(rows, c.nominal, *level.factor * (1 + 1e-9)).inside;
+    EXPECT_EQ(covered - level.with_factor->inside, c.rank) << c.half;
+  }
+}
+
 TEST(Calibrate, EstimatesThatAreTheTruthNeedNoWidth) {
   std::vector<StatedBand> rows(40, {1, 1, 1, 1});
   const Calibration exact = calibrate(rows, kLevels, 1);

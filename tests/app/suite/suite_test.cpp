@@ -54,7 +54,12 @@ match words[:2]:
     case ["evaluate", "repair"]: write(out, {"psnr": 30.0, "psnr_opencv": 20.0})
     case ["evaluate", "compare"]:
         text = "a table\n"
-        for method in [word for word in words[2:] if "=" in word]:
+        methods = [word for word in words[2:] if "=" in word]
+        if len(methods) < 2:
+            sys.exit(print("METHODS: At least 2 required") or 2)
+        if "--metric" not in words:
+            sys.exit(print("has no metric of evaluate") or 1)
+        for method in methods:
             name, folder = method.split("=")
             files = [f"{at}/{file}" for at, _, names in os.walk(folder) for file in names]
             text += f"{name}: mIoU {[json.load(open(file)).get('miou') for file in sorted(files)]}\n"
@@ -112,8 +117,8 @@ TEST_F(Suite, EveryMethodIsScoredAndOneThatFailsKeepsItsRow) {
   EXPECT_EQ(score("repair/ours/rose/1.json")["seconds"], 1234.25);  // of the stage, not of its evaluation
   EXPECT_TRUE(score("repair/opencv/rose/1.json")["seconds"].is_null());
   const std::string results = read_text(folder / "suite/RESULTS.md");
-  for (const char* word :
-       {"Pliant 9.9", "1 scenes", "a table", "| theirs |", "| ours |  | 1234 |", "| opencv |  | – |"})
+  for (const char* word : {"Pliant 9.9", "1 scenes", "a table", "| ours |  | 0 of 1 | 1234 |",
+                           "| opencv |  | 0 of 1 | – |", "| theirs |  | 1 of 1 | "})
     EXPECT_NE(results.find(word), std::string::npos) << word;
 }
 
@@ -150,7 +155,7 @@ TEST_F(Suite, WhatWasKilledBeforeItNotedItsTimeIsNotMeasured) {
     if (entry.path().extension() == ".seconds") fs::remove(entry.path());
   run();
   EXPECT_TRUE(score("segmentation/ours/rose/1.json")["seconds"].is_null());
-  EXPECT_NE(read_text(folder / "suite/RESULTS.md").find("| ours |  | – |"), std::string::npos);
+  EXPECT_NE(read_text(folder / "suite/RESULTS.md").find("| ours |  | 0 of 1 | – |"), std::string::npos);
 }
 
 TEST_F(Suite, AnotherVersionDoesAllAgain) {
@@ -165,7 +170,8 @@ TEST_F(Suite, AnotherVersionDoesAllAgain) {
 }
 
 TEST_F(Suite, ScoresOfEarlierSettingsDoNotCount) {
-  settings["methods"] = {{"segmentation", {{"ours", {{"segment", json::array()}}}}}};
+  settings["methods"] = {
+      {"segmentation", {{"ours", {{"segment", json::array()}}}, {"vote", {{"segment", {"--no-vote"}}}}}}};
   // Of a second seed, and of a method that failed.
   write_text(folder / "suite/scores/segmentation/ours/rose/2.json", R"({"miou": 0.25})");
   write_text(folder / "suite/scores/segmentation/theirs/rose/1.json",
@@ -173,6 +179,23 @@ TEST_F(Suite, ScoresOfEarlierSettingsDoNotCount) {
   EXPECT_TRUE(run()["failed"].empty());
   const std::string results = read_text(folder / "suite/RESULTS.md");
   EXPECT_NE(results.find("ours: mIoU [0.75]"), std::string::npos) << results;
+}
+
+TEST_F(Suite, OneMethodAloneAndMethodsThatAllFailedAreListedWithoutAComparison) {
+  const json failing = {{"segment", {"--masks", "wrong"}}};
+  settings["methods"] = {{"motion", settings["methods"]["motion"]},
+                         {"segmentation", {{"ours", failing}, {"vote", failing}}}};
+  write_text(folder / "suite/tables/motion/compare.md", "of earlier settings\n");
+  EXPECT_EQ(run()["failed"].size(), 2u);
+  EXPECT_FALSE(any_of_them(calls(), "evaluate compare"));
+  EXPECT_FALSE(fs::exists(folder / "suite/tables/motion/compare.md"));
+  const std::string results = read_text(folder / "suite/RESULTS.md");
+  const size_t second = results.find("## Segmentation");
+  ASSERT_NE(second, std::string::npos) << results;
+  EXPECT_NE(results.substr(0, second).find("| ours |  | 0 of 1 | "), std::string::npos) << results;
+  EXPECT_NE(results.substr(0, second).find("`scores/motion`"), std::string::npos) << results;
+  for (const char* row : {"| ours |  | 1 of 1 | ", "| vote |  | 1 of 1 | ", "No method has a result"})
+    EXPECT_NE(results.find(row, second), std::string::npos) << row;
 }
 
 TEST_F(Suite, JobsAreSubmittedWhereAClusterIsGiven) {

@@ -230,6 +230,28 @@ TEST(Session, AFrameThatNeedsTooManySubstepsFailsAtOnceAndLeavesTheState) {
   EXPECT_NO_THROW(session.advance());
 }
 
+TEST(Session, SofterAreAllModuliOfTheLaw) {
+  for (const Law law : {Law::kFluid, Law::kViscoelastic}) {
+    Bar bar;
+    Material& material = bar.particles.materials[0];
+    material.law = law;
+    material.bulk_modulus = 3e4;
+    material.branch_shear = 1e4;
+    material.branch_lambda = 2e4;
+    material.branch_viscosity = 500;
+    Bar soft = bar;
+    for (float& young : soft.particles.young) young = static_cast<float>(0.1 * young);
+    for (const auto modulus :
+         {&Material::bulk_modulus, &Material::branch_shear, &Material::branch_lambda, &Material::branch_viscosity})
+      soft.particles.materials[0].*modulus *= 0.1;
+    Session session = bar.session(), expected = soft.session(), stiff = bar.session();
+    session.set({0.1, 0, bar.options.gravity});
+    for (Session* each : {&session, &expected, &stiff}) play(*each, bar, 20);
+    expect_equal(session.state(), expected.state());
+    EXPECT_NE(session.state().x, stiff.state().x);
+  }
+}
+
 // A block flies against a finger that stays where it is.
 TEST(Session, AFingerThatStaysTakesNoMorePathAndActsAsOnePlannedPointByPoint) {
   constexpr int kFrames = 1000;

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/cameras/ply_points.h"
+#include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/scene/describe.h"
@@ -126,6 +128,85 @@ TEST(Cameras, NamesOfCamerasStayInTheFolderOfTheirFiles) {
   EXPECT_EQ(file.cameras[0].name, "_.._escaped");
   EXPECT_EQ(file.cameras[1].name, "left_.._a.b");
   EXPECT_EQ(file.cameras[2].name, "_.hidden.a");
+}
+
+TEST(Cameras, FindTheirPhotosThroughSymbolicLinks) {
+  const TemporaryFolder folder;
+  for (const char* name : {"real/deep/disk", "real/photos", "home"}) fs::create_directories(folder / name);
+  fs::create_directory_symlink(folder / "real/deep/disk", folder / "scratch");
+  fs::create_directory_symlink(folder / "real/photos", folder / "home/photos");
+  std::vector<Camera> cameras = some_cameras();
+  for (Camera& camera : cameras) {
+    camera = camera.resized(64, 48);
+    camera.photo = (folder / "home/photos" / (camera.name + ".png")).string();
+    write_image(camera.photo, ImageF(64, 48, 3));
+  }
+  SparsePoints points;
+  points.position = {Vec3f::Zero()};
+  points.color = {Vec3f::Zero()};
+  write_ply_points(folder / "home/points.ply", points);
+  for (const char* name : {"scratch/t.json", "scratch/anew/t.json", "real/t.json", "home/t.json"}) {
+    const fs::path file = folder / name;
+    write_transforms(file, cameras, folder / "home/points.ply");
+    const CameraFile read = read_cameras(file);
+    EXPECT_EQ(read.photos_found, 3) << name;
+    EXPECT_TRUE(fs::equivalent(read.cameras[1].photo, cameras[1].photo)) << name;
+    EXPECT_TRUE(fs::equivalent(sparse_points_file(file), folder / "home/points.ply")) << name;
+  }
+  // A link beside the file is part of the name.
+  EXPECT_EQ(json::parse(read_text(folder / "home/t.json"))["frames"][0]["file_path"], "photos/view_0.png");
+}
+
+TEST(Cameras, OfARigHaveThePhotosOfTheirOwnFolder) {
+  const TemporaryFolder folder;
+  json transforms = {{"w", 64}, {"h", 48}, {"fl_x", 50}};
+  std::string images;
+  for (int k = 0; k < 8; ++k) {
+    const std::string photo = "cam" + std::to_string(k / 4) + "/000" + std::to_string(k % 4) + ".png";
+    fs::create_directories((folder / "set/images" / photo).parent_path());
+    write_image(folder / "set/images" / photo, ImageF(64, 48, 3));
+    if (k == 3) continue;  // of the first folder three of four photos have a pose
+    transforms["frames"].push_back({{"file_path", "images/" + photo},
+                                    {"transform_matrix", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}});
+    images += std::to_string(k) + " 1 0 0 0 0 0 0 1 " + photo + "\n\n";
+  }
+  folder.file("set/transforms.json", transforms.dump());
+  folder.file("set/sparse/0/cameras.txt", "1 PINHOLE 64 48 50 50 32 24\n");
+  folder.file("set/sparse/0/images.txt", images);
+  fs::copy(folder / "set/images/cam0", folder / "left");
+  for (const char* name : {"set/transforms.json", "set/sparse/0"}) {
+    SCOPED_TRACE(name);
+    EXPECT_EQ(read_cameras(folder / name, folder / "set/images").cameras.size(), 7u);
+    const CameraFile file = read_cameras(folder / name, folder / "set/images/cam0");
+    ASSERT_EQ(file.cameras.size(), 3u);
+    EXPECT_EQ(file.photos_found, 3);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_EQ(file.cameras[k].photo, (folder / ("set/images/cam0/000" + std::to_string(k) + ".png")).string());
+    ASSERT_EQ(file.warnings.size(), 1u);
+    EXPECT_NE(file.warnings[0].find("4 of 7 frames name photos that do not exist"), std::string::npos);
+    expect_error(Failure::kInput, {"cam0/0000.png' and '", "cam1/0000.png'", "left/0000.png"},
+                 [&] { read_cameras(folder / name, folder / "left"); });
+  }
+  const fs::path before = fs::current_path();
+  fs::current_path(folder / "set/images/cam1");
+  EXPECT_EQ(read_cameras(folder / "set/transforms.json", ".").cameras.size(), 4u);
+  fs::current_path(before);
+  // With as many of its folders as there are.
+  folder.file("some/cam1/0000.png", "");
+  folder.file("some/0000.png", "");
+  EXPECT_EQ(find_photo(folder / "some", {}, "images/cam1/0000.png"), folder / "some/cam1/0000.png");
+  EXPECT_EQ(find_photo(folder / "some", {}, "/mnt/images/cam2/0000.png"), folder / "some/0000.png");
+}
+
+TEST(Cameras, FindPhotosByTheirNamesWithoutSuffix) {
+  for (const char* suffix : {"", ".png", ".PNG", ".jpg", ".JPG", ".Jpg", ".jpeg", ".JPEG", ".webp", ".WEBP", ".bmp",
+                             ".BMP", ".tif", ".Tif", ".tiff", ".TIFF"}) {
+    const TemporaryFolder folder;
+    const fs::path photo = folder.file(std::string("images/r.0_") + suffix, "");
+    EXPECT_EQ(find_photo({}, {folder.path()}, "images/r.0_"), photo);
+    EXPECT_EQ(find_photo(folder / "images", {}, "train/r.0_"), photo);
+    EXPECT_TRUE(find_photo({}, {folder.path()}, "images/r.0").empty());
+  }
 }
 
 }  // namespace

@@ -323,6 +323,15 @@ TEST(SceneFile, EveryKeyIsRead) {
   EXPECT_EQ(*read_scene_file(folder.file("scene.json", R"({"up": "-y"})")).up, Eigen::Vector3d(0, -1, 0));
 }
 
+TEST(SceneFile, PathsLeadUpFromWhereALinkLeads) {
+  const TemporaryFolder folder;
+  for (const char* name : {"real/deep/disk", "home/photos"}) fs::create_directories(folder / name);
+  fs::create_directory_symlink(folder / "real/deep/disk", folder / "scratch");
+  folder.file("real/deep/disk/scene.json", R"({"photos": "../../../home/./photos"})");
+  EXPECT_TRUE(fs::equivalent(read_scene_file(folder / "scratch/scene.json").photos, folder / "home/photos"));
+  EXPECT_EQ(read_scene_file(folder / "real/deep/disk/scene.json").photos, folder / "home/photos");
+}
+
 TEST(SceneFile, UnknownKeysAndImpossibleValuesAreNamed) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& text, std::vector<std::string> words, Failure failure = Failure::kUsage) {
