@@ -111,7 +111,8 @@ PLIANT_EXPORT(solver_start)
   Page& p = page();
   if (held_as_captured >= 0) p.options.held_as_captured = held_as_captured != 0;
   p.start = initial_state(p.particles);
-  CHECK_MSG(static_cast<size_t>(remembered) == kMemoryNumbers * p.start.memory.size(), "what the law remembers");
+  if (static_cast<size_t>(remembered) != kMemoryNumbers * p.start.memory.size())
+    throw input_error("clip.html", "memory", "is not what the law remembers", "export the page again");
   for (size_t i = 0; i < p.start.size(); ++i) {
     p.start.x[i] = Vec3f(x + 3 * i);
     p.start.v[i] = Vec3f(v + 3 * i);
