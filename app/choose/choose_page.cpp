@@ -81,13 +81,14 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
     const Camera& full = scene.cameras[index];
     const Camera camera = shown_camera(scene, index);
     const ImageU8 picture = to_8_bit(render(scene.cloud, camera, options).color);
-    views.push_back({{"camera", index},
-                     {"name", full.name},
-                     {"width", camera.width},
-                     {"height", camera.height},
-                     {"scale", static_cast<double>(full.width) / camera.width},
-                     {"picture", base64(encode_webp(picture, kQuality))},
-                     {"ids", run_lengths(render_ids(segmentation, scene.cloud, camera).data)}});
+    views.push_back(
+        {{"camera", index},
+         {"name", full.name},
+         {"width", camera.width},
+         {"height", camera.height},
+         {"scale", {static_cast<double>(full.width) / camera.width, static_cast<double>(full.height) / camera.height}},
+         {"picture", base64(encode_webp(picture, kQuality))},
+         {"ids", run_lengths(render_ids(segmentation, scene.cloud, camera).data)}});
   }
   return {{"title", scene.source.filename().string()},
           {"things", shown_things(run)},

@@ -34,7 +34,7 @@ nlohmann::json run_lengths(std::span<const uint32_t> values);
 nlohmann::json shown_things(const RunDirectory& run);
 
 /// What the page of a segmented scene shows: `things`, `views` of some cameras with a picture (WebP, base64), its
-/// `scale` to the camera's pixels and `ids` as run lengths; and the marks.
+/// `scale` to the camera's pixels along x and y and `ids` as run lengths; and the marks.
 nlohmann::json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks);
 
 /// The page that shows them.

@@ -212,8 +212,16 @@ void Chooser::keep(const Context& context) {
   }
   if (!marks || *marks == marks_) return;
   const SegmentStage segment = segment_by(*marks);
+  // The name of an earlier selection is given anew below and is no edit to be kept beside the next one.
+  const json edits = run_.note("edits"), record = run_.last_record("segment");
+  if (!marks_.empty()) run_.set_note("edits", {});
   marks_ = {};
-  run_segment(context, run_, scene_, segment);
+  try {
+    run_segment(context, run_, scene_, segment);
+  } catch (...) {
+    if (run_.last_record("segment") == record) run_.set_note("edits", edits);  // the earlier selection stays
+    throw;
+  }
   marks_ = *std::move(marks);
   if (!name.empty()) name_object(context, SelectionShape::kObject, name);
   tell_kept(show());
@@ -221,7 +229,7 @@ void Chooser::keep(const Context& context) {
 
 void Chooser::name_object(const Context& context, uint32_t object, const std::string& name) {
   EditStage edit;
-  edit.edits.push_back({ObjectEdit::Kind::kName, {std::to_string(object)}, name});
+  edit.edits.push_back(ObjectEdit::parse(ObjectEdit::Kind::kName, std::to_string(object) + "=" + name));
   run_edit(context, run_, scene_, edit);
 }
 

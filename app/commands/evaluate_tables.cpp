@@ -52,6 +52,9 @@ void add_compare(CLI::App& evaluate, Program& program) {
       ->expected(2, 1000);
   sub->add_option("--metric", given->options.metrics,
                   "Metric to compare, or any key as KEY:higher or KEY:lower; repeatable (default: all known)")
+      ->expected(1)
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->option_text("KEY");
   add_bootstrap(*sub, given->options.bootstrap);
   add_out(*sub, program, kTables);

@@ -13,6 +13,8 @@ namespace pliant {
 namespace {
 
 constexpr size_t kNameWidth = 30, kLineWidth = 100;
+/// What the headings of options with a prefix begin with, in the help.
+constexpr const char* kStageHeading = "Stage ";
 
 std::string joined(const std::vector<std::string>& words, const std::string& separator) {
   return fmt::format("{}", fmt::join(words, separator));
@@ -33,8 +35,10 @@ CLI::Option* bound(CLI::App& command, const std::string& names, const Option& op
   const auto texts = [&](std::function<void(const std::vector<std::string>&)> take) {
     return command.add_option_function<std::vector<std::string>>(names, std::move(take), option.help)
         ->expected(1)
+        ->allow_extra_args(false)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   };
+  const std::string shown = names.substr(0, names.find(','));
   return std::visit(
       [&](const auto& field) -> CLI::Option* {
         using Field = std::decay_t<decltype(field)>;
@@ -47,10 +51,10 @@ CLI::Option* bound(CLI::App& command, const std::string& names, const Option& op
         } else if constexpr (std::is_same_v<Field, LevelField>) {
           return command.add_option_function<std::string>(
               names,
-              [field, name = option.name](const std::string& text) {
-                const double level = text == "all" ? 0 : parse_numbers("--" + name, text, 1)[0];
+              [field, shown](const std::string& text) {
+                const double level = text == "all" ? 0 : parse_numbers(shown, text, 1)[0];
                 if (!(level >= 0 && level <= std::numeric_limits<int>::max() && level == std::floor(level)))
-                  throw usage_error("--" + name, "", "'" + text + "' is not a whole number from 0 on", "or give all");
+                  throw usage_error(shown, "", "'" + text + "' is not a whole number from 0 on", "or give all");
                 *field.value = text == "all" ? kAllLevels : static_cast<int>(level);
               },
               option.help);
@@ -59,21 +63,21 @@ CLI::Option* bound(CLI::App& command, const std::string& names, const Option& op
         } else if constexpr (std::is_same_v<Field, std::vector<double>*>) {
           return command.add_option_function<std::string>(
               names,
-              [field, option](const std::string& text) {
-                *field = parse_numbers("--" + option.name, text, option.numbers);
+              [field, option, shown](const std::string& text) {
+                *field = parse_numbers(shown, text, option.numbers);
                 for (const double value : *field)
                   if (const std::string wrong = out_of_range(option, fmt::format("{:g}", value)); !wrong.empty())
-                    throw usage_error("--" + option.name, text, wrong, "");
+                    throw usage_error(shown, text, wrong, "");
               },
               option.help);
         } else if constexpr (std::is_same_v<Field, CountField> || std::is_same_v<Field, TimeField>) {
           return command.add_option_function<std::string>(
               names,
-              [field, name = option.name](const std::string& text) {
+              [field, shown](const std::string& text) {
                 if constexpr (std::is_same_v<Field, CountField>)
-                  *field.value = parse_count("--" + name, text);
+                  *field.value = parse_count(shown, text);
                 else
-                  *field.value = parse_duration("--" + name, text);
+                  *field.value = parse_duration(shown, text);
               },
               option.help);
         } else if constexpr (std::is_same_v<Field, std::string*>) {
@@ -135,10 +139,8 @@ void add_options(CLI::App& command, Program& program, const OptionTable& table, 
 
     // The help: groups, what stands for the value, and the default.
     std::string group = option.group;
-    if (group.empty())
-      group = spelling.own ? "Options" : brief ? "Object, material and motion" : "Stage " + table.stage;
-    if (!brief)
-      group = program.help_all ? "Stage " + table.stage + (option.group.empty() ? "" : ": " + option.group) : "";
+    if (group.empty()) group = spelling.own ? "Options" : "Object, material and motion";
+    if (!brief) group = kStageHeading + table.stage + (option.group.empty() ? "" : ": " + option.group);
     added->group(group);
     if (std::holds_alternative<bool*>(option.field)) continue;
     added->option_text(value_text(option));
@@ -146,6 +148,13 @@ void add_options(CLI::App& command, Program& program, const OptionTable& table, 
     if (!usual.empty() && option.help.find("(default") == std::string::npos)
       added->description(option.help + " [" + usual + "]");
   }
+}
+
+std::string HelpFormatter::make_group(std::string group, bool is_positional,
+                                      std::vector<const CLI::Option*> options) const {
+  // A group without a name would be hidden too, but CLI11 then leaves the names of its options out of its errors.
+  if (!all_ && group.starts_with(kStageHeading)) return "";
+  return CLI::Formatter::make_group(std::move(group), is_positional, std::move(options));
 }
 
 std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const {

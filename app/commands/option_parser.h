@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "app/commands/command.h"
 #include "app/run/options.h"
@@ -25,9 +26,15 @@ std::string value_text(const Option& option);
 /// Help of at most 100 columns: the name of an option, what stands for its value, its sentence and its default.
 class HelpFormatter : public CLI::Formatter {
  public:
+  /// `all`: options with a prefix are shown as well.
+  explicit HelpFormatter(bool all) : all_(all) {}
+  std::string make_group(std::string group, bool is_positional, std::vector<const CLI::Option*> options) const override;
   std::string make_option(const CLI::Option* option, bool is_positional) const override;
   /// Without two empty lines in a row.
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
+
+ private:
+  bool all_;
 };
 
 }  // namespace pliant

@@ -103,13 +103,24 @@ std::vector<std::string> expand_config(const CLI::App& app, int argc, const char
   return arguments;
 }
 
-/// Adds to CLI11's message about an unknown option what took its place, or the nearest known one.
-std::string with_nearest_option(const CLI::App& app, const Program& program, const std::string& message) {
+/// CLI11's message about a word that is no command where one has to be, with the nearest command; about an unknown
+/// option, with what took its place or the nearest known one.
+std::string with_nearest_name(const CLI::App& app, const Program& program, const std::string& message) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  if (command->get_require_subcommand_min() > 0) {
+    const std::vector<std::string> words = command->remaining();
+    const auto word = std::find_if(words.begin(), words.end(), [](const auto& text) { return !text.starts_with("-"); });
+    if (word == words.end()) return message;
+    std::vector<std::string> names;
+    for (const CLI::App* sub : command->get_subcommands([](const CLI::App*) { return true; }))
+      names.push_back(sub->get_name());
+    return "'" + *word + "' is not a command" + (command == &app ? "" : " of " + command->get_name()) +
+           "; did you mean '" + nearest_name(*word, names) + "'?";
+  }
   const size_t at = message.rfind("--");
   if (message.find("not expected") == std::string::npos || at == std::string::npos) return message;
   const std::string given = message.substr(at, message.find_first_of(" =", at) - at);
-  const CLI::App* command = &app;
-  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   if (const auto renamed = program.renamed.find(command->get_name()); renamed != program.renamed.end())
     if (const auto now = renamed->second.find(given); now != renamed->second.end())
       return given + " is now " + now->second;
@@ -152,7 +163,7 @@ void add_commands(CLI::App& app, Program& program) {
   app.description("Gaussian splats in, an object you can grab out.");
   app.name("pliant");
   app.set_version_flag("--version", PLIANT_VERSION);
-  app.formatter(std::make_shared<HelpFormatter>());
+  app.formatter(std::make_shared<HelpFormatter>(program.help_all));
   app.require_subcommand(1);
   for (auto* add :
        {add_run, add_demo, add_info, add_convert, add_reconstruct, add_segment, add_extract, add_repair, add_seed,
@@ -203,7 +214,7 @@ int run_program(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "pliant: %s\nRun with --help for the options.\n",
-                 with_nearest_option(app, program, error.what()).c_str());
+                 with_nearest_name(app, program, error.what()).c_str());
     return static_cast<int>(Failure::kUsage);
   } catch (const Error& error) {
     std::fprintf(stderr, "pliant: %s\n", error.what());

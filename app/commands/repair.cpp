@@ -5,7 +5,7 @@ namespace pliant {
 
 void add_repair(CLI::App& app, Program& program) {
   add_stage_command<RepairStage>(app, program, "repair", "Fill the hole that the object left in the background",
-                                 run_repair);
+                                 run_repair, check_given);
 }
 
 }  // namespace pliant

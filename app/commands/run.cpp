@@ -14,6 +14,7 @@
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
+#include "segmentation/models/make_models.h"
 
 namespace pliant {
 namespace {
@@ -45,7 +46,8 @@ std::string why_no_fit(const Scene& scene, const RunOptions& options) {
 }
 
 /// Refuses options that would do nothing, or cannot be, before any work is done.
-void check_choice(const Scene& scene, const CLI::App& command, RunOptions& options, const std::string& no_fit) {
+void check_choice(const RunDirectory& run, const Scene& scene, const CLI::App& command, RunOptions& options,
+                  const std::string& no_fit) {
   check_render_stage(scene, options.render);
   SimulateStage simulate = options.simulate;
   if (!simulate.interactions.empty())
@@ -76,6 +78,7 @@ void check_choice(const Scene& scene, const CLI::App& command, RunOptions& optio
   if (!fit.initial_material.empty()) fit.material = options.simulate.material;
   check_fit_stage(fit, has_video(scene, fit));
   check_material(scene, simulate.material, SetBy::kFit);
+  if (!run.has("fit")) require_networks(fit);
   if (kind_of(options.fit, scene) == FitKind::kVideo && simulate.material_file.empty())
     refuse_given(
         command, options_of(simulate),
@@ -109,18 +112,23 @@ void make_page(const Context& context, RunDirectory& run, const Scene& scene, Pa
 
 nlohmann::json run_all(Context& context, const Program& program, const CLI::App& command, RunOptions& options) {
   check_given(command, options.segment);
+  check_given(command, options.repair);
   check_given(command, options.seed);
   check_given(command, options.simulate);
+  if (!options.page.html)
+    refuse_given(command, options_of(options.page),
+                 {"does nothing with --no-html", "leave it out", {"html-size", "html-license"}});
+  make_inpainter(options.repair.models);  // one that cannot be loaded is refused
   RunDirectory run = RunDirectory::create(program.out.empty() ? default_out(options.scene.source, "run") : program.out);
   if (lacks_splats(options.scene.source)) {
     Scene untrained;
     untrained.settings = find_photo_set(options.scene.source, options.reconstruct.photos).settings;
-    check_choice(untrained, command, options, why_no_fit(untrained, options));
+    check_choice(run, untrained, command, options, why_no_fit(untrained, options));
   }
   Scene scene = attach_or_reconstruct(context, command, run, options.scene, options.reconstruct, options.segment);
   const std::string no_fit = why_no_fit(scene, options);
   const bool fits = no_fit.empty();
-  check_choice(scene, command, options, no_fit);
+  check_choice(run, scene, command, options, no_fit);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
@@ -148,8 +156,6 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
     const bool chosen = !given_option(command, options_of(options.page), {"html-size"}).empty();
     make_page(context, run, scene, options.page, chosen, program.command_line);
   } else {
-    refuse_given(command, options_of(options.page),
-                 {"does nothing with --no-html", "leave it out", {"html-size", "html-license"}});
     drop_page(run);
   }
   write_report(run, scene, program.command_line);

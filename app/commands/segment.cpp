@@ -11,20 +11,23 @@ CLI::App* add_edit(CLI::App& segment, Program& program) {
   auto directory = std::make_shared<std::string>();
   auto stage = std::make_shared<EditStage>();
   command->add_option("DIR", *directory, "Run directory")->required();
-  const auto edit = [&](const std::string& name, ObjectEdit::Kind kind, const std::string& description) {
+  const auto edit = [&](const std::string& name, ObjectEdit::Kind kind, const std::string& value,
+                        const std::string& description) {
     command
         ->add_option_function<std::string>(
             name, [stage, kind](const std::string& text) { stage->edits.push_back(ObjectEdit::parse(kind, text)); },
             description)
         ->trigger_on_parse()
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
-        ->type_name("TEXT");
+        ->option_text(value);
   };
-  edit("--merge", ObjectEdit::Kind::kMerge,
-       "ID,ID,...: merge these objects into the first; repeatable, like the others");
-  edit("--split", ObjectEdit::Kind::kSplit, "ID: split into its separate parts, or cut in two by color and distance");
-  edit("--drop", ObjectEdit::Kind::kDrop, "ID: remove the object; its Gaussians take the label of their surroundings");
-  edit("--name", ObjectEdit::Kind::kName, "ID=NAME");
+  edit("--merge", ObjectEdit::Kind::kMerge, "ID,ID,...",
+       "Merge these objects into the first; repeatable, like the others");
+  edit("--split", ObjectEdit::Kind::kSplit, "ID",
+       "Split the object into its separate parts, or cut it in two by color and distance");
+  edit("--drop", ObjectEdit::Kind::kDrop, "ID",
+       "Remove the object; its Gaussians take the label of their surroundings");
+  edit("--name", ObjectEdit::Kind::kName, "ID=NAME", "Name the object");
   add_common(*command, program);
   command->callback([=, &program] {
     program.action = [=](Context& context) {

@@ -121,7 +121,7 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     check_object_options(source_of(planned, segment), segment);
   }
   if (untrained || segment.joint) {
-    refuse_own_source(run / "scene", find_photo_set(source, stage.photos), stage);
+    refuse_own_source(run / "scene", find_photo_set(source, stage.photos, stage.splats), stage);
     RunDirectory reconstruction = RunDirectory::create(run / "scene");
     run_reconstruct(context, reconstruction, source, stage);
     source = reconstruction.path();

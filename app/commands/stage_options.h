@@ -10,6 +10,7 @@
 namespace pliant {
 
 struct ExportStage;
+struct RepairStage;
 struct SeedStage;
 struct SimulateStage;
 
@@ -55,6 +56,7 @@ void refuse_given(const CLI::App& command, const OptionTable& table, const Unuse
 // What would be ignored is refused, by the command line alone.
 void check_given(const CLI::App& command, ReconstructStage& stage);
 void check_given(const CLI::App& command, SegmentStage& stage);
+void check_given(const CLI::App& command, RepairStage& stage);
 void check_given(const CLI::App& command, SeedStage& stage);
 void check_given(const CLI::App& command, SimulateStage& stage);
 void check_given(const CLI::App& command, ExportStage& stage);

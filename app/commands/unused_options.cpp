@@ -1,5 +1,7 @@
 #include "app/commands/stage_options.h"
 #include "app/seed/seed_stage.h"
+#include "app/segment/label_choice.h"
+#include "app/segment/repair_stage.h"
 #include "app/simulate/export_stage.h"
 #include "app/simulate/simulate_stage.h"
 #include "gaussians/base/error.h"
@@ -47,9 +49,16 @@ void check_given(const CLI::App& command, SegmentStage& stage) {
   if (!stage.label.models.segmenter.empty())
     refuse_given(
         command, table,
-        {"does nothing with --segmenter, which draws masks of photos", "leave it out", {"grow", "aabb", "sphere"}});
+        {"does nothing with --segmenter, which draws masks of photos and takes points of strokes, not their width",
+         "leave it out",
+         {"grow", "aabb", "sphere", "stroke-width"}});
   else if (!lines && stage.boxes.empty())
     refuse_given(command, table, {"does nothing without --box, --click or --stroke", "leave it out", {"grow"}});
+  if (labels_photos(stage) && !stage.label.everything)
+    refuse_given(command, table,
+                 {"does nothing with masks made from the photos: what none of them holds is the object 'rest'",
+                  "leave it out",
+                  {"mask-zero"}});
   if (stage.joint || !stage.gaussian_grouping.empty())
     refuse_given(
         command, table,
@@ -68,6 +77,12 @@ void check_given(const CLI::App& command, ExportStage& stage) {
   if (!stage.material.empty())
     refuse_given(command, options_of(stage),
                  {"does nothing with --material", "leave it out", {"every", "object-only"}});
+}
+
+void check_given(const CLI::App& command, RepairStage& stage) {
+  if (stage.models.inpainter.empty())
+    refuse_given(command, options_of(stage),
+                 {"does nothing without --inpainter", "leave it out", {"trust-torchscript"}});
 }
 
 void check_given(const CLI::App& command, SeedStage& stage) {

@@ -20,14 +20,6 @@ struct Viewed {
   bool simulated = false;  ///< an object of the scene as it is now
 };
 
-/// Hashes of the files of splats that are among the inputs of a stage.
-json splats_of(const json& inputs) {
-  json out = json::object();
-  for (const auto& [role, hash] : inputs.items())
-    if (role.starts_with("splats ")) out[role] = hash;
-  return out;
-}
-
 /// The run directory, or that of a scene, whose objects are found where that is not done for its splats as they are.
 Viewed open_viewed(const Context& context, const std::string& source, const std::string& out) {
   const bool is_run = is_run_directory(source);

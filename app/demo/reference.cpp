@@ -57,18 +57,6 @@ double short_number(double x) {
   return unit * std::round(x / unit);
 }
 
-/// Box around the particles that no pin holds.
-Region bounds_of_moving(const ReferenceBody& body, const std::vector<Interaction>& pins) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3f& position : body.particles.position) {
-    const Vec3d x = position.cast<double>();
-    if (std::none_of(pins.begin(), pins.end(), [&](const Interaction& pin) { return pin.region.contains(x); }))
-      box.extend(x);
-  }
-  CHECK_MSG(!box.isEmpty(), "nothing of the object can move");
-  return Region::box(box.min(), box.max());
-}
-
 }  // namespace
 
 ReferenceBody reference_body(const Stage& stage, const ObjectSolid& solid) {
@@ -103,6 +91,18 @@ ReferenceBody reference_body(const Stage& stage, const ReferenceOptions& options
 
 ReferenceBody flower_body(const Stage& stage, const Flower& flower, const ReferenceOptions& options) {
   return reference_body(stage, flower_solid(flower, options.particles, options.seed));
+}
+
+Region jolted_region(const Stage& stage, const ReferenceBody& body) {
+  if (stage.object().jolted) return stage.in_world(*stage.object().jolted);
+  const std::vector<Region> pins = stage.pins();
+  Eigen::AlignedBox3d box;
+  for (const Vec3f& position : body.particles.position) {
+    const Vec3d x = position.cast<double>();
+    if (std::none_of(pins.begin(), pins.end(), [&](const Region& pin) { return pin.contains(x); })) box.extend(x);
+  }
+  CHECK_MSG(!box.isEmpty(), "nothing of the object can move");
+  return Region::box(box.min(), box.max());
 }
 
 ReferenceScript flower_script(const Stage& stage, const Flower& flower, const ReferenceOptions& options) {
@@ -176,7 +176,7 @@ std::vector<ReferenceScript> reference_scripts(const Stage& stage, const Referen
   Interaction jolt;
   jolt.type = InteractionType::kImpulse;
   jolt.start = kPushStart;
-  jolt.region = bounds_of_moving(body, pins);
+  jolt.region = jolted_region(stage, body);
   add_sized("jolt", jolt, -object.push);
   return scripts;
 }

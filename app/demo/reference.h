@@ -42,10 +42,13 @@ struct ReferenceScript {
   std::vector<Interaction> interactions;
 };
 /// poke (a push of the tip for a quarter of a second), pull (the tip is pulled aside and released), wind (a gust over
-/// all for a second) and jolt (an impulse to all that moves).  Each moves the body by a sixth of its height or so:
+/// all for a second) and jolt (an impulse to jolted_region()).  Each moves the body by a sixth of its height or so:
 /// forces are found by short trials with fewer particles.
 std::vector<ReferenceScript> reference_scripts(const Stage& stage, const ReferenceBody& body,
                                                const ReferenceOptions& options);
+/// What the jolt pushes, in the world: the box around the particles that no pin holds, or what the kind says where that
+/// box would hold the pinned part.
+Region jolted_region(const Stage& stage, const ReferenceBody& body);
 /// The same for the flower: a push whose force follows from the stem as a beam.
 ReferenceScript flower_script(const Stage& stage, const Flower& flower, const ReferenceOptions& options);
 

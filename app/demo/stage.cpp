@@ -127,18 +127,20 @@ void Stage::add_rest(uint64_t seed) {
       {Paint::Kind::kPlain, pick_colour(random, kBalls), {}, 0.016, seed * 64 + 52}, kBallId);
 }
 
+Region Stage::in_world(Region region) const {
+  if (region.kind == Region::Kind::kBox) {
+    region.point += world_from_object_.translation();
+    region.vector += world_from_object_.translation();
+  } else {
+    region.point = world_from_object_ * region.point;
+    region.vector = world_from_object_ * region.vector;
+  }
+  return region;
+}
+
 std::vector<Region> Stage::pins() const {
   std::vector<Region> pins;
-  for (Region pin : object_.pins) {
-    if (pin.kind == Region::Kind::kBox) {
-      pin.point += world_from_object_.translation();
-      pin.vector += world_from_object_.translation();
-    } else {
-      pin.point = world_from_object_ * pin.point;
-      pin.vector = world_from_object_ * pin.vector;
-    }
-    pins.push_back(pin);
-  }
+  for (const Region& pin : object_.pins) pins.push_back(in_world(pin));
   return pins;
 }
 

@@ -47,6 +47,8 @@ class Stage {
   /// Where cameras look: on the axis of the object, at half its height.
   Vec3d focus() const { return world_from_object_ * Vec3d(0, 0, 0.5 * object_.height); }
   Vec3d tip() const { return world_from_object_ * object_.tip; }
+  /// A region of the object's frame in the world; boxes are moved but not turned.
+  Region in_world(Region region) const;
   /// Where the object is held, in the world.
   std::vector<Region> pins() const;
   /// Names of the ids.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "fitting/fit/fit_physdreamer.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -109,6 +110,7 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
   }
   options.gradient.iterations = *stage.compare.iterations;
   options.gradient_window = *stage.compare.window;
+  if (stage.physdreamer() && stage.until == 0) options.clip_frames = kPublishedFrames;
   if (stage.released_code()) options.released_code = PhysDreamerCode{.edge = edge_of_cube(fit)};
   options.poisson = stage.compare.poisson;
   if (options.poisson) check_poisson(stage, fit.body.particles);

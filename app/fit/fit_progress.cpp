@@ -31,7 +31,7 @@ std::shared_ptr<FitCheckpoint> kept_checkpoint(const Context& context, const fs:
   auto checkpoint = std::make_shared<FitCheckpoint>();
   if (fs::exists(file)) {
     nlohmann::json before = nlohmann::json::parse(read_fit_checkpoint_provenance(file), nullptr, false);
-    leave_out_video_path(before);
+    leave_out_paths(before);
     const bool same = before == nlohmann::json::parse(provenance);
     if (same) *checkpoint = read_fit_checkpoint(file);
     context.progress.say(same ? "fit: resuming " + place_of(*checkpoint)

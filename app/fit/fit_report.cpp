@@ -24,7 +24,9 @@ namespace {
 constexpr double kSurest = 0.01, kVaguest = 1;  // decades, ends of the scale of uncertainty
 constexpr int kScoreGrow = 8;                   // px by which the moving mask is grown for scores
 
-double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) { return psnr_of_mse(mse_loss(a, b, weight)); }
+double psnr_in(const ImageF& a, const ImageF& b, const ImageF& weight) {
+  return std::min(psnr_of_mse(mse_loss(a, b, weight)), kMostPsnr);
+}
 
 /// Seen, drawn, and half grey plus their difference.
 ImageF side_by_side_picture(const ImageF& seen, const ImageF& drawn) {

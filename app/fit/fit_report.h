@@ -14,8 +14,10 @@ struct FittedMotion {
   std::vector<SimulationState> frames;  ///< one for each frame of the video from there to its end
 };
 
-/// How well the fitted motion and the videos agree inside the moving mask, dB; means over frames, and over the videos
-/// that have some.
+constexpr double kMostPsnr = 60;  ///< dB that a frame counts as; rounding to 8 bits alone leaves 58.9 dB
+
+/// How well the fitted motion and the videos agree inside the moving mask, dB, each frame's at most kMostPsnr, which
+/// equal pictures have; means over frames, and over the videos that have some.
 struct MotionScores {
   struct Span {
     int first = 0, last = -1;    ///< frames of the video; last < first: none

@@ -110,6 +110,8 @@ double fitted_periods(const FitStage& stage);
 void check_fit_stage(const FitStage& stage, bool with_video);
 /// The same for any choice at all, when nothing is fitted: `where` says why ("with --no-video").
 void check_no_fit_stage(const FitStage& stage, const std::string& where, const std::string& advice);
+/// Throws Error{kInput} where this fit needs libtorch, which is loaded here and is not there.
+void require_networks(const FitStage& stage);
 
 /// Instead of a file: the material that `predict` found.
 constexpr const char* kPredictedMaterial = "predicted";

@@ -164,7 +164,7 @@ void check_fit_stage(const FitStage& stage, bool with_video) {
   fitted_periods(stage);
   if (recipe)
     refuse({{stage.typed("periods"), stage.periods != FitStage().periods}},
-           with_recipe_text + ", which compares all frames", "leave it out, or use --end");
+           with_recipe_text + ", which does not look for periods", "leave it out, or use " + stage.typed("end"));
   if (recipe && !stage.distilled())
     refuse({{stage.typed("guidance-cmd"), guided}}, with_recipe_text + ", which only compares with the video",
            "leave one of them out");

@@ -118,10 +118,10 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   };
   const ClipFit found = find();
 
-  MaterialFile stored =
-      fitted_material(fit, found.motion.particles, 1,
-                      (stage.distilled() ? stage.recipe + (recipe.network ? " with a KAN" : "") : stage.field) +
-                          ", guided by '" + options.clip.guide->name() + "'");
+  const std::string guided = ", guided by '" + options.clip.guide->name() + "'";
+  MaterialFile stored = fitted_material(
+      fit, found.motion.particles, 1,
+      (stage.distilled() ? stage.recipe + (recipe.network ? " with a KAN" : "") : stage.field) + guided);
   const double young = mean_young(fit.body.file, stored.young),
                damping_time = found.motion.options.simulate.damping_time;
   for (size_t s = 0; s < stored.young.size(); ++s)
@@ -131,7 +131,9 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   VibrationFit start;
   start.start = motion.start;
   start.damping_time = damping_time;
-  write_velocity(run / in.outputs[1], fitted_velocity(fit, start, {}), provenance);
+  VelocityFile velocity = fitted_velocity(fit, start, {});
+  velocity.source = "at rest" + guided;
+  write_velocity(run / in.outputs[1], velocity, provenance);
 
   write_clip(run / "fit/guided.mp4", fit, found.motion);
   FitFindings findings;

@@ -7,6 +7,7 @@
 #include "app/run/attach_scene.h"
 #include "app/run/physdreamer_scene.h"
 #include "app/simulate/moving_scene.h"
+#include "fitting/fields/triplane_field.h"
 #include "gaussians/base/error.h"
 #include "physics/laws/law.h"
 
@@ -70,7 +71,7 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   // The law and its constants are no options of this stage.
   const std::string initial = initial_material_file(run, stage);
   if (!initial.empty()) in.files["initial_material"] = initial;
-  const ObjectMaterial material = check_material(scene, stage.material, initial.empty() ? SetBy::kFit : SetBy::kFields);
+  const ObjectMaterial material = check_material(scene, stage.material, start_set_by(stage));
   in.found["material"] = material_to_json(material);
   const Law law = material.material.law;
   if (kind == FitKind::kVideo && stage.recipe == "search" && !is_elastic(law))
@@ -110,6 +111,10 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   return in;
 }
 
+void require_networks(const FitStage& stage) {
+  if (with_recipe(stage).field == "triplanes" || stage.kinematic() || stage.released_young) require_triplane_fields();
+}
+
 nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& scene, const FitStage& stage) {
   const FitInputs in = inputs_of(run, scene, stage);
   const auto fit = [&] {
@@ -127,7 +132,10 @@ nlohmann::json run_fit(const Context& context, RunDirectory& run, const Scene& s
     }
     return fit_to_video;
   };
-  nlohmann::json summary = run_stage(context, run, in, fit());
+  nlohmann::json summary = run_stage(context, run, in, [&](const auto&... inputs) {
+    require_networks(stage);
+    return fit()(inputs...);
+  });
   write_fit_page(run);
   return summary;
 }

@@ -146,7 +146,11 @@ std::vector<std::string> undetermined(const MarkerFitResult& r, const MarkerFitO
                 "fitted.");
   if (!r.converged) out.push_back("The refinement stopped before it converged.");
   if (!std::isfinite(r.sigma_release))
-    out.push_back("The release time was not found within the range searched; give --marker-release.");
+    out.push_back(std::isfinite(options.release)
+                      ? fmt::format("The release time was not found within {:.3g} s of --marker-release, which may be "
+                                    "wrong: correct it, or leave it out.",
+                                    options.release_range)
+                      : "The release time was not found within the range searched; give --marker-release.");
   if (r.sigma_log10_young > 0.1)
     out.push_back(fmt::format("E is known only to within a factor of {:.2g}.", std::pow(10.0, r.sigma_log10_young)));
   if (r.sigma_log_damping > 0.5)

@@ -229,7 +229,7 @@ OptionTable options_of(FitStage& stage) {
        .formerly = "from"},
       {.name = "end",
        .field = &stage.until,
-       .help = "Video time after which frames are held out for evaluation [s]; 0 = all are fitted",
+       .help = "Video time after which frames are held out for evaluation [s]; 0 = none (physdreamer: after 14 frames)",
        .low = 0,
        .formerly = "until"},
       {.name = "periods",

@@ -35,12 +35,15 @@ std::string initial_material_file(const RunDirectory& run, const FitStage& stage
   return (run / (object_folder(run) + "/predicted.h5")).string();
 }
 
+SetBy start_set_by(const FitStage& stage) {
+  return stage.initial_material.empty() && !stage.kinematic() ? SetBy::kFit : SetBy::kFields;
+}
+
 StartMaterial start_material(const FitInputs& in, const ParticleFile& particles) {
   const auto file = in.files.find("initial_material");
   StartMaterial start;
   start.given = file != in.files.end();
-  const ObjectMaterial material =
-      check_material(in.scene, in.options.material, start.given ? SetBy::kFields : SetBy::kFit);
+  const ObjectMaterial material = check_material(in.scene, in.options.material, start_set_by(in.options));
   start.law = material.material;
   if (!start.given) {
     start.solid = solid_material(particles, material);

@@ -23,6 +23,9 @@ struct StartMaterial {
 /// Error{kUsage} where nothing was predicted.
 std::string initial_material_file(const RunDirectory& run, const FitStage& stage);
 
+/// What sets E, nu and rho of the start: a file; nothing that counts, where there is no physics; else what is known.
+SetBy start_set_by(const FitStage& stage);
+
 /// That of in.files["initial_material"], else the homogeneous one of command line and scene.
 StartMaterial start_material(const FitInputs& in, const ParticleFile& particles);
 

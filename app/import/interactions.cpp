@@ -133,6 +133,9 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
                           "give \"wind\": [m/s] and \"drag\", or \"acceleration\": [m/s^2]");
       out.vector = row.contains("wind") ? vector_of(row["wind"], where, "wind")
                                         : vector_of(row["acceleration"], where, "acceleration");
+      if (row.contains("acceleration") && row.contains("drag"))
+        throw usage_error(where, "drag", "does nothing with acceleration",
+                          "leave it out, or give \"wind\": [m/s] instead of acceleration");
       out.rate = row.contains("wind") ? number(row, "drag", 1.0, where) : 0.0;
       if (row.contains("wind") && !(out.rate > 0))
         throw usage_error(where, "drag", "is not positive", "give a rate in 1/s");
@@ -150,6 +153,9 @@ Interaction parse_row(const json& row, const InteractionFrame& frame, const std:
     case InteractionType::kCollider:
       required(row, "region", where);
       out.contact = row.contains("contact") ? parse_contact(row["contact"], where) : ContactKind::kSeparating;
+      if (out.contact != ContactKind::kSeparating && row.contains("friction"))
+        throw usage_error(where, "friction", "does nothing where contact is " + row["contact"].get<std::string>(),
+                          "leave it out, or give \"contact\": \"separating\"");
       out.friction = number(row, "friction", out.contact == ContactKind::kSeparating ? 0.5 : 0.0, where);
       if (row.contains("container")) {
         if (!row["container"].is_boolean())

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -72,12 +73,17 @@ fs::path run_preview(const Context& context, const RunDirectory& run, const Scen
   if (stage.given.young)
     throw usage_error("predict", "--preview", "does nothing with --young, which has no band",
                       "predict without --young");
+  const json given = run.summary("predict", "run `pliant predict` first").value("given", json::array());
+  if (std::find(given.begin(), given.end(), "young") != given.end())
+    throw usage_error("predict", "--preview", "does nothing with E in \"material\" of scene.json, which has no band",
+                      "ask for a predicted E with --label, --material or --softness");
   std::vector<fs::path> folders;
   std::vector<std::string> captions;
   for (const double softness : kSoftness) {
     RunDirectory part = directory_of(run, softness);
     PredictStage predict = stage;
     predict.softness = softness;
+    predict.answers = run / kAnswers;
     const json prediction = run_predict(context, part, scene, predict);
     SimulateStage simulate;
     simulate.duration = kDuration;

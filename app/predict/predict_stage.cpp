@@ -43,8 +43,10 @@ PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianClo
   const PredictStage& stage = in.options;
   PriorQuestion question{stage.material, stage.label, in.found["name"], {}, {}};
   if (stage.llm_url.empty()) return question;
-  question.llm = {
-      .url = stage.llm_url, .model = stage.llm_model, .key = llm_key(stage.llm_url), .cache = run / "llm_answers"};
+  question.llm = {.url = stage.llm_url,
+                  .model = stage.llm_model,
+                  .key = llm_key(stage.llm_url),
+                  .cache = stage.answers.empty() ? run / kAnswers : stage.answers};
   const std::filesystem::path view = run / "llm_view.png";
   RenderOptions options;
   options.antialiased = in.scene.report.antialiased;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -11,6 +12,8 @@
 
 namespace pliant {
 
+constexpr const char* kAnswers = "llm_answers";  ///< folder of a run directory
+
 /// predict: what the object is made of, from its name and its shape -> objects/.../predicted.h5.
 struct PredictStage {
   std::string label;               ///< what the object is; empty = the name that it has
@@ -18,7 +21,8 @@ struct PredictStage {
   std::optional<double> softness;  ///< of E in its band; none = 0.5, and no material is asked for by it
   std::string weights;             ///< of train-predictor; empty = those that ship
   std::string llm_url, llm_model;
-  MaterialValues given;  ///< command line's, which are kept
+  MaterialValues given;           ///< command line's, which are kept
+  std::filesystem::path answers;  ///< folder of the language model's answers; empty = kAnswers of the run
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(PredictStage& stage);

@@ -9,6 +9,7 @@
 #include "app/predict/object_samples.h"
 #include "app/run/attach_scene.h"
 #include "fitting/distribution/distribution_figures.h"
+#include "fitting/distribution/distribution_loss.h"
 #include "fitting/distribution/object_corpus.h"
 #include "fitting/distribution/train_distribution.h"
 #include "gaussians/base/error.h"
@@ -53,6 +54,7 @@ TrainPredictor::TrainPredictor() {
 }
 
 json run_training(const Context& context, const TrainPredictor& training, const std::string& out) {
+  require_network_training();
   std::vector<MaterialObject> more;
   for (const std::string& folder : training.runs) {
     const RunDirectory run = RunDirectory::open(folder);

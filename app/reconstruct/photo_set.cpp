@@ -28,10 +28,12 @@ fs::path folder_of_photos(const fs::path& folder) {
 Error no_cameras(const fs::path& source) {
   const fs::path photos = folder_of_photos(source);
   const std::string folder = source.string();
+  const size_t count = photos_in(photos);
+  if (count == 0)
+    return input_error(folder, "", "contains neither photos nor cameras", "check the name of the folder of the photos");
   return input_error(
       folder, "",
-      fmt::format("contains {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)",
-                  photos_in(photos)),
+      fmt::format("contains {} photos but no cameras (transforms.json, COLMAP model, cameras.json, *_par.txt)", count),
       fmt::format("get them with `colmap automatic_reconstructor --workspace_path {} --image_path {} --dense 0 "
                   "--use_gpu 0` (apt install colmap), then repeat the command",
                   folder, photos.string()));
@@ -39,7 +41,7 @@ Error no_cameras(const fs::path& source) {
 
 }  // namespace
 
-PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
+PhotoSet find_photo_set(const fs::path& source, const fs::path& photos, const std::vector<fs::path>& splats) {
   PhotoSet set;
   set.source = source;
   std::error_code ignored;
@@ -57,11 +59,13 @@ PhotoSet find_photo_set(const fs::path& source, const fs::path& photos) {
     set.cameras = cameras_at(source);
     if (set.cameras.empty() && folder) set.cameras = cameras_in(source, ColmapChoice::kLargest);
   }
+  const bool of_splats = set.cameras.empty() && !splats.empty();
+  if (of_splats) set.cameras = cameras_of_splats(splats.front());
   if (!photos.empty()) {
     if (!fs::is_directory(photos, ignored))
       throw usage_error("--photos", photos.string(), "is not a folder", "give the folder of the photos");
     set.photos = photos;
-  } else if (set.photos.empty() && folder) {
+  } else if (set.photos.empty() && folder && !of_splats) {
     set.photos = source;
   }
   if (!set.cameras.empty()) return set;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "gaussians/io/cameras/camera_file.h"
 #include "gaussians/io/scene/scene.h"
@@ -17,9 +19,11 @@ struct PhotoSet {
   nlohmann::json scene;           ///< scene.json as it is written; null when there is none
 };
 
-/// `photos` (may be empty) is a folder that the user named besides.  Throws Error{kInput}; without cameras it says how
-/// to get them.
-PhotoSet find_photo_set(const std::filesystem::path& source, const std::filesystem::path& photos = {});
+/// `photos` (may be empty) is a folder that the user named besides.  `splats` (may be empty) are the files of a trained
+/// scene that is trained on, as ReadReport::files has them: where `source` leads to no cameras, theirs are taken.
+/// Throws Error{kInput}; without cameras it says how to get them.
+PhotoSet find_photo_set(const std::filesystem::path& source, const std::filesystem::path& photos = {},
+                        const std::vector<std::filesystem::path>& splats = {});
 
 /// Whether a source of `run` is to be reconstructed first: it has cameras or photos, but no Gaussians.
 bool lacks_splats(const std::filesystem::path& source);

@@ -201,13 +201,14 @@ json train_scene(const Context& context, RunDirectory& run, const StageInputs<Re
     context.progress.say("reconstruct: initialization: " + start["sentence"].get<std::string>());
     trainer.emplace(options, photos, std::move(first.cloud), term.get());
   }
-  // Reading and matching count, but leave at least half of the time for training.
+  // Reading and matching count, but leave at least half of the time for training; of a resumed one they have counted.
   const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.seconds > 0 && !earlier && spent > options.seconds / 2)
     context.progress.warn(fmt::format(
         "reading the photos took {:.1f} s of {:.1f} s; training still gets half of the time", spent, options.seconds));
   for (const json& warning : start["warnings"]) warnings.push_back(warning);
-  trainer->spend(options.seconds > 0 ? std::min(spent, options.seconds / 2) : spent);
+  if (options.seconds == 0 || !earlier)
+    trainer->spend(options.seconds > 0 ? std::min(spent, options.seconds / 2) : spent);
 
   train_to_end(context, stage, photos, *trainer, run / "preview.png", [&](const TrainingState& state) {
     write_training(run / kCheckpoint, {state, start.dump(), provenance});
@@ -286,7 +287,7 @@ StageInputs<ReconstructStage> inputs_of(const PhotoSet& set, const CameraFile& c
 json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& source, const ReconstructStage& stage) {
   const auto begin = std::chrono::steady_clock::now();
   refuse_other_run(run);
-  const PhotoSet set = find_photo_set(source, stage.photos);
+  const PhotoSet set = find_photo_set(source, stage.photos, stage.splats);
   CameraFile cameras = read_photo_cameras(set);
   if (const auto convention = pose_convention_named(stage.poses))
     cameras.cameras = apply_convention(*convention, cameras.format, std::move(cameras.cameras));

@@ -80,7 +80,10 @@ TrainingStart start_from_splats(const ReconstructStage& stage, const SceneFile& 
   options.densification = Densification::kNone;
   options.coarse_to_fine = false;
   options.position_rate *= 0.1f;
-  options.sh_degree = std::max(options.sh_degree, cloud.sh_degree);
+  if (options.sh_degree < cloud.sh_degree)
+    throw usage_error("--reconstruct.sh-degree", std::to_string(options.sh_degree),
+                      fmt::format("is below that of the splats, {}, which is kept", cloud.sh_degree),
+                      "leave it out, or lower theirs first with `pliant convert --sh-degree`");
   const size_t count = cloud.size();
   const std::string sentence = fmt::format("{} Gaussians from {}", count, stage.splats[0].string());
   return {std::move(cloud),

@@ -25,7 +25,7 @@ TrainingStart start_training(const Context& context, const ReconstructStage& sta
                              const TrainingPhotos& photos);
 
 /// The trained scene stage.splats, to go on from in small steps and with its Gaussians alone; `options` become so, and
-/// antialiased where `settings` or the file say it.
+/// antialiased where `settings` or the file say it.  Throws Error{kUsage} where options.sh_degree is below the splats'.
 TrainingStart start_from_splats(const ReconstructStage& stage, const SceneFile& settings, TrainOptions& options);
 
 }  // namespace pliant

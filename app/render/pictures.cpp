@@ -11,6 +11,7 @@
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/camera_path.h"
 #include "gaussians/io/cameras/colmap.h"
+#include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
 #include "gaussians/render/render.h"
@@ -19,6 +20,9 @@ namespace pliant {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// Beside the images: {"pictures": [names]} of those that `render` wrote.
+constexpr const char* kPictures = "pictures.json";
 
 /// Endings of other pictures and videos, which are no names of folders.
 const std::set<std::string> kOtherMedia = {".avi", ".bmp", ".gif", ".jpeg", ".jpg",  ".m4v", ".mkv",
@@ -54,6 +58,25 @@ ImageF depth_picture(const RenderResult& result) {
   }
   for (float& z : picture.data) z = z > 0 ? 1.0f - 0.9f * (z - near) / std::max(far - near, 1e-9f) : 0.0f;
   return picture;
+}
+
+/// Names of the images in a folder that earlier calls wrote.
+std::set<std::string> written_before(const fs::path& folder) {
+  std::set<std::string> names;
+  if (!fs::exists(folder / kPictures)) return names;
+  const nlohmann::json record = nlohmann::json::parse(read_text(folder / kPictures), nullptr, false);
+  if (!record.is_object()) return names;
+  for (const nlohmann::json& name : record.value("pictures", nlohmann::json::array())) {
+    const fs::path file = name.is_string() ? fs::path(name.get<std::string>()).lexically_normal() : fs::path();
+    if (file.extension() == ".png" && file.is_relative() && *file.begin() != "..")
+      names.insert(name.get<std::string>());
+  }
+  return names;
+}
+
+void record_pictures(const fs::path& folder, const std::set<std::string>& names) {
+  const nlohmann::json record = {{"pictures", names}};
+  write_text(folder / kPictures, record.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace
@@ -99,6 +122,17 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   std::unique_ptr<VideoWriter> writer;
   if (video) writer = std::make_unique<VideoWriter>(out, path.fps, cameras[0].width, cameras[0].height);
 
+  std::set<std::string> now, all;  // images, and with those of earlier calls
+  if (!video) {
+    for (const Camera& camera : cameras) {
+      now.insert(camera.name + ".png");
+      if (options.depth) now.insert(camera.name + "_depth.png");
+    }
+    all = written_before(out);
+    all.insert(now.begin(), now.end());
+    record_pictures(out, all);
+  }
+
   nlohmann::json files = nlohmann::json::array();
   context.progress.begin("render", static_cast<int>(cameras.size()));
   for (size_t i = 0; i < cameras.size(); ++i) {
@@ -118,6 +152,10 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   if (video) {
     writer->close();
     files.push_back(out.string());
+  } else {
+    for (const std::string& name : all)
+      if (!now.count(name)) fs::remove(out / name, failed);
+    record_pictures(out, now);
   }
   context.progress.say("wrote " + std::to_string(cameras.size()) + (video ? " frames to " : " images to ") +
                        out.string());

@@ -23,7 +23,8 @@ struct PictureOptions {
 /// endings of pictures and videos, and for what is there and is neither.
 bool is_video_out(const std::filesystem::path& out);
 
-/// Renders a scene from its cameras: one PNG per camera in the folder `out`, or a video (is_video_out).
+/// Renders a scene from its cameras: one PNG per camera in the folder `out`, or a video (is_video_out).  Images that
+/// an earlier call wrote into the folder, by its pictures.json, are replaced or removed; other files stay.
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const std::filesystem::path& out);
 

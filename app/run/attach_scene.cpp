@@ -49,21 +49,13 @@ Scene load_any_scene(const fs::path& source, const LoadOptions& options) {
   return scene;
 }
 
-/// Hashes of the files of splats that are among the inputs of a stage.
-json splat_hashes(const json& inputs) {
-  json out = json::object();
-  for (const auto& [role, hash] : inputs.items())
-    if (role.starts_with("splats ")) out[role] = hash;
-  return out;
-}
-
 /// Whether the objects of a run were found in just the splats of this scene.
 bool has_splats_of(const RunDirectory& run, const Scene& scene) {
   const json segment = run.last_record("segment");
   if (segment.is_null()) return false;
   StageKey key;
   key.inputs = record_of({ScenePart::kSplats}, scene).files;
-  return splat_hashes(segment.value("inputs", json::object())) == record_of(key, 0)["inputs"];
+  return splats_of(segment.value("inputs", json::object())) == record_of(key, 0)["inputs"];
 }
 
 /// Keeps the up direction of a run that was made with the mean of the cameras' picture-up.
@@ -161,13 +153,11 @@ Scene attach_scene(const Context& context, RunDirectory& run, const fs::path& so
   if (known || moved) before["source"] = record["source"];
   run.set_scene(record, context.overwrite || known || moved);
   if (before != record) forget_assumed_height(run, scene);
-  // Of the scale it is said below what holds in a run.
-  for (const std::string& warning : scene.warnings)
-    if (!warning.starts_with("the scale of the scene is unknown")) context.progress.warn(warning);
+  for (const std::string& warning : scene.warnings) context.progress.warn(warning);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
   scale_by_object(run, scene);
-  if (scene.object_height == 0 && !options.metres_per_unit && !scene.settings.metres_per_unit)
+  if (scene.scale_is_assumed && scene.object_height == 0)
     context.progress.say(
         "scene: the length of a unit is unknown and assumed to be 1 m unless the label tells the height of the object "
         "(--metres-per-unit, --object-height)");

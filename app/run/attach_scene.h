@@ -22,8 +22,8 @@ bool is_recorded_scene(const RunDirectory& run, const std::filesystem::path& sou
 
 /// Loads the scene that a run directory was made from; an Error{kInput} says what to do where it is no longer there.
 Scene load_run_scene(const RunDirectory& run);
-/// Records `source` in the run directory and loads it.  A scene elsewhere with the same splats is the same scene, which
-/// has moved.
+/// Records `source` in the run directory and loads it.  A scene elsewhere with the same splats, which may be a
+/// file of another name, is the same scene, which has moved.
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options);
 

@@ -108,9 +108,17 @@ json record_of(const StageKey& key, uint64_t seed) {
   return {{"seed", seed}, {"options", key.options}, {"scene", key.scene}, {"found", key.found}, {"inputs", inputs}};
 }
 
-void leave_out_video_path(json& record) {
-  const json::json_pointer video("/scene/video");
+void leave_out_paths(json& record) {
+  const json::json_pointer video("/scene/video"), inputs("/inputs");
   if (record.contains(video) && record[video].is_object()) record[video].erase("file");
+  if (!record.contains(inputs) || !record[inputs].is_object() || record[inputs].contains("splats")) return;
+  json& files = record[inputs];
+  std::vector<std::string> roles;
+  for (const auto& [role, hash] : files.items())
+    if (role.starts_with("splats ")) roles.push_back(role);
+  if (roles.size() != 1) return;
+  files["splats"] = files[roles[0]];
+  files.erase(roles[0]);
 }
 
 std::string first_difference(const json& before, const json& now) {
@@ -160,8 +168,8 @@ void RunDirectory::read() {
   for (const char* group : {"stages", "begun"})
     if (read.contains(group))
       for (json& record : read[group]) {
-        leave_out_video_path(record);
-        if (record.contains("replaced")) leave_out_video_path(record["replaced"]["record"]);
+        leave_out_paths(record);
+        if (record.contains("replaced")) leave_out_paths(record["replaced"]["record"]);
       }
   manifest_ = std::move(read);
 }

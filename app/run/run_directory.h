@@ -30,8 +30,8 @@ struct StageKey {
 
 /// What is recorded of a key: {seed, options, scene, found, inputs (hashes)}.
 nlohmann::json record_of(const StageKey& key, uint64_t seed);
-/// Erases from such a record where the video of the scene lies, which does not count.
-void leave_out_video_path(nlohmann::json& record);
+/// Erases from such a record paths that do not count: of the scene's video, and of splats that are a single file.
+void leave_out_paths(nlohmann::json& record);
 /// What differs between two such records, as a sentence; empty when nothing does.
 std::string first_difference(const nlohmann::json& before, const nlohmann::json& now);
 /// The same of two JSON objects whose entries are called `kind`: "option 'fps' was 30, now 12".

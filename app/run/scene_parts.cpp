@@ -14,6 +14,8 @@ using nlohmann::json;
 
 namespace {
 
+constexpr const char* kSplatsRole = "splats";  ///< of a single file, whose name does not count; else with the names
+
 /// A part, how it is taken over, and what is recorded of it.
 struct PartRow {
   ScenePart part;
@@ -45,8 +47,14 @@ void record_splats(const Scene& scene, SceneRecord& record) {
   if (scene.settings.antialiased) record.values["antialiased"] = scene.report.antialiased;
   record_background(scene, record);
   record.values["level"] = scene.report.level;
-  for (const fs::path& file : scene.report.files)
-    record.files["splats " + file.lexically_proximate(scene.settings.splats.parent_path()).string()] = file;
+  const std::vector<fs::path>& files = scene.report.files;
+  if (files.size() == 1) {
+    record.files[kSplatsRole] = files[0];
+    return;
+  }
+  const fs::path folder = scene.settings.splats.parent_path();
+  for (const fs::path& file : files)
+    record.files[kSplatsRole + (" " + file.lexically_proximate(folder).string())] = file;
 }
 
 /// A digest of what the cameras are, wherever they come from: an orbit has no file.
@@ -156,6 +164,13 @@ const std::vector<PartRow>& rows() {
 }
 
 }  // namespace
+
+json splats_of(const json& inputs) {
+  json out = json::object();
+  for (const auto& [role, hash] : inputs.items())
+    if (role == kSplatsRole || role.starts_with(kSplatsRole + std::string(" "))) out[role] = hash;
+  return out;
+}
 
 Scene only(const ScenePartSet& parts, const Scene& scene) {
   Scene out;

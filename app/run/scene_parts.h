@@ -42,4 +42,7 @@ struct SceneRecord {
 };
 SceneRecord record_of(const ScenePartSet& parts, const Scene& scene);
 
+/// Of the recorded inputs of a stage, the hashes of files of splats.
+nlohmann::json splats_of(const nlohmann::json& inputs);
+
 }  // namespace pliant

@@ -62,6 +62,7 @@ json run_edit(const Context& context, RunDirectory& run, const Scene& scene, con
                           {"gaussians", outcome.gaussians},
                           {"did", outcome.sentence}});
     if (!outcome.old_name.empty()) operations.back()["renamed"] = {outcome.old_name, edit.name};
+    if (!outcome.merged.empty()) operations.back().update({{"merged", outcome.merged}, {"into", outcome.ids[0]}});
   }
   // Said once all of them are known to be possible.
   for (const json& operation : operations) context.progress.say("edit: " + operation["did"].get<std::string>());

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "app/segment/automatic_objects.h"
 #include "app/segment/objects_file.h"
+#include "app/segment/scene_file_names.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
@@ -52,49 +52,14 @@ std::map<uint32_t, double> prominence(const Scene& scene, const std::vector<uint
   return sum;
 }
 
-/// How far names in the scene file hold for the objects of a run.
-enum class FileNames {
-  kGiven,    ///< selected or found automatically: only for what a person has called so
-  kOther,    ///< other masks than the file's: not IDs and default names ("object_3"), which mean something else here
-  kAll,      ///< masks or a classifier for a file without masks
-  kTrained,  ///< the masks of a joint training, which have the file's object
-  kOwn       ///< the file's masks, which have all that it names
-};
-
-FileNames names_of_file(const RunDirectory& run, const Scene& scene, const json& segmented) {
-  if (segmented.value("automatic", false) || segmented.value("selected", false)) return FileNames::kGiven;
-  if (scene.settings.file.empty()) return FileNames::kOther;
-  const json inputs = run.manifest()["stages"]["segment"].value("inputs", json::object());
-  if (inputs.contains("joint")) return FileNames::kTrained;
-  const std::filesystem::path& masks = scene.settings.masks;
-  if (masks.empty()) return segmented.value("labelled", false) ? FileNames::kOther : FileNames::kAll;
-  return inputs.contains("masks") && inputs["masks"] == hash_of_input(masks) ? FileNames::kOwn : FileNames::kOther;
-}
-
-/// Whether a name is an ID, or what an object without a name is called.
-bool is_number(std::string name) {
-  if (name.rfind("object_", 0) == 0) name.erase(0, 7);
-  return name.find_first_not_of("0123456789") == std::string::npos;
-}
-
-/// What an object that the scene file calls `name` is called after a person's edits; empty where the file cannot mean
-/// any of these objects.
-std::string present_name(FileNames names, const json& edits, std::string name) {
-  const bool meant = names >= FileNames::kAll || (names == FileNames::kOther && !is_number(name));
-  bool given = false;
-  for (const json& edit : edits) {
-    if (!edit.contains("renamed")) continue;
-    if (meant && edit["renamed"][0] == name) name = edit["renamed"][1];
-    given = given || edit["renamed"][1] == name;
+/// The class of that ID, or else all of that name.
+std::vector<size_t> classes_called(const Segmentation& segmentation, const std::string& name) {
+  std::vector<size_t> named;
+  for (size_t c = 0; c < segmentation.class_id.size() && !name.empty(); ++c) {
+    if (name == std::to_string(segmentation.class_id[c])) return {c};
+    if (name == segmentation.class_name[c]) named.push_back(c);
   }
-  return meant || given ? name : "";
-}
-
-/// Class of that ID or name; empty where there is none.
-std::optional<size_t> class_called(const Segmentation& segmentation, const std::string& name) {
-  for (size_t c = 0; c < segmentation.class_id.size() && !name.empty(); ++c)
-    if (name == segmentation.class_name[c] || name == std::to_string(segmentation.class_id[c])) return c;
-  return std::nullopt;
+  return named;
 }
 
 /// The object to cut, and why that one where nobody chose it.
@@ -107,11 +72,12 @@ struct ChosenClass {
 /// most prominent.  The rest, the background and `supports` of the automatic mode count only when they are asked for,
 /// or where there is nothing else.
 ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, const std::string& wish,
-                         FileNames file_names, const json& edits, const std::vector<uint32_t>& supports) {
+                         const FileNames& file_names, const json& edits, const std::vector<uint32_t>& supports) {
   const std::vector<std::string>& names = segmentation.class_name;
   if (!wish.empty()) return {class_of_object(segmentation, "--object", wish), ""};
   const std::string named = present_name(file_names, edits, scene.settings.object);
-  if (!named.empty() && (file_names >= FileNames::kTrained || class_called(segmentation, named)))
+  if (!named.empty() &&
+      (file_names.reach >= FileNames::Reach::kTrained || !classes_called(segmentation, named).empty()))
     return {class_of_object(segmentation, scene.settings.file.string() + ": object", named), ""};
   std::vector<size_t> all, candidates;
   for (size_t c = 0; c < names.size(); ++c)
@@ -213,7 +179,7 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   if (result.contact.found) {
     std::string support = "support";
     for (size_t c = 0; c < segmentation.class_id.size(); ++c)
-      if (segmentation.class_id[c] == result.summary.support) support = segmentation.class_name[c];
+      if (result.summary.support == segmentation.class_id[c]) support = segmentation.class_name[c];
     summary["contact"] = {{"support", support},
                           {"point", vector_json(result.contact.point)},
                           {"normal", vector_json(result.contact.normal)},
@@ -237,11 +203,13 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   const uint32_t id = segmentation.class_id[chosen.index];
   const std::string& name = segmentation.class_name[chosen.index];
   const std::string support = present_name(names, edits, scene.settings.support);
-  const std::optional<size_t> carrier = class_called(segmentation, support);
-  // A person may have dropped or merged it.
-  if (!support.empty() && !carrier && names == FileNames::kOwn && edits.empty())
-    throw usage_error(scene.settings.file.string() + ": support", support, "is not in this scene",
+  const std::vector<size_t> carriers = classes_called(segmentation, support);
+  const std::string field = scene.settings.file.string() + ": support";
+  // A person may have dropped it.
+  if (!support.empty() && carriers.empty() && names.reach == FileNames::Reach::kOwn && edits.empty())
+    throw usage_error(field, support, "is not in this scene",
                       "name one of " + list_of_objects(segmentation) + ", or leave it out");
+  if (carriers.size() > 1 && names.ids) class_of_object(segmentation, field, support);  // refuses it
   StageInputs<ExtractStage> in;
   in.options = stage;
   in.parts = {ScenePart::kSplats, ScenePart::kUp, ScenePart::kSupport};
@@ -250,7 +218,7 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   in.found = {{"id", id}, {"name", name}};
   if (!chosen.why.empty()) in.found["chosen"] = chosen.why + "; of " + list_of_objects(segmentation);
   if (automatic) in.found["supports"] = supports;
-  if (carrier) in.found["support"] = segmentation.class_id[*carrier];
+  if (carriers.size() == 1) in.found["support"] = segmentation.class_id[carriers[0]];
   const std::string folder = folder_of_object(id, name);
   in.outputs = {folder + "/object.ply", "background.ply", "extract.png"};
   return in;

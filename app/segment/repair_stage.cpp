@@ -4,7 +4,6 @@
 
 #include "app/run/attach_scene.h"
 #include "app/segment/interruption.h"
-#include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "segmentation/repair/repair.h"
@@ -62,8 +61,6 @@ json repair_background(const Context& context, const RunDirectory& run, const St
 }  // namespace
 
 StageInputs<RepairStage> inputs_of(const RunDirectory& run, const Scene& scene, const RepairStage& stage) {
-  if (stage.models.trust_torchscript && stage.models.inpainter.empty())
-    throw usage_error("--trust-torchscript", "", "does nothing without --inpainter", "leave it out");
   StageInputs<RepairStage> in;
   in.options = stage;
   in.parts = {ScenePart::kDrawing, ScenePart::kCameras};
@@ -87,6 +84,7 @@ OptionTable options_of(RepairStage& stage) {
             .field = &stage.models.inpainter,
             .help = "Inpainting network: LaMa",
             .value = "FILE",
+            .exists = true,
             .recorded = Recorded::kContents},
            {.name = "trust-torchscript",
             .field = &stage.models.trust_torchscript,

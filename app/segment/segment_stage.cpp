@@ -59,6 +59,13 @@ std::vector<uint8_t> gesture_members(const Context& context, const RunDirectory&
   return member;
 }
 
+/// Whether the objects are those of the scene file's masks.
+bool has_own_masks(const Scene& scene, const SegmentStage& stage, ObjectSource source) {
+  std::error_code ignored;
+  return source == ObjectSource::kMasks && !labels_photos(stage) &&
+         (stage.masks.empty() || std::filesystem::equivalent(stage.masks, scene.settings.masks, ignored));
+}
+
 /// The segmentation of a selection that `option` made.
 Segmentation selected_object(const Context& context, const Scene& scene, const std::string& option,
                              const std::vector<uint8_t>& member) {
@@ -105,6 +112,7 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
 
   SemanticResult result;
   AutomaticResult found;
+  bool ids_hold = true;
   Segmentation& segmentation = result.segmentation;
   const auto fit_to = [&](const MaskSet& masks) {
     for (const std::string& warning : masks.warnings) context.progress.warn(warning);
@@ -152,9 +160,12 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
     case ObjectSource::kSegmenter:
       fit_to(prompted_masks(context, run, scene, gesture, stage.label.models));
       break;
-    case ObjectSource::kMasks:
-      fit_to(associated_masks(context, scene, stage, options, in.files.at("masks")));
+    case ObjectSource::kMasks: {
+      const AssociatedMasks masks = associated_masks(context, scene, stage, options, in.files.at("masks"));
+      ids_hold = masks.ids_hold;
+      fit_to(masks.masks);
       break;
+    }
   }
   // Labels that are known are taken as they are.
   const size_t merged = learns_from_masks(source) ? merge_islands({}, scene.cloud, segmentation) : 0;
@@ -173,6 +184,8 @@ json segment_scene(const Context& context, RunDirectory& run, const StageInputs<
   return {{"automatic", source == ObjectSource::kAutomatic},
           {"selected", selects_one_object(source)},
           {"labelled", source == ObjectSource::kMasks && labels_photos(stage)},
+          {"own_masks", has_own_masks(scene, stage, source)},
+          {"ids_hold", ids_hold},
           {"objects", objects.size()},
           {"unseen", result.summary.unseen},
           {"cross_entropy", result.summary.cross_entropy},
@@ -273,7 +286,10 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     run.forget("segment");
     context.progress.say(fmt::format("segment: {} manual edits are discarded", edits.size()));
   }
-  const json summary = run.stage(context, key_of(in), [&](const std::string& provenance) {
+  // Only what a person has edited is kept, whatever the result before it kept of its own predecessor.
+  Context replacing = context;
+  replacing.overwrite = context.overwrite || in.kept.empty();
+  const json summary = run.stage(replacing, key_of(in), [&](const std::string& provenance) {
     return segment_scene(context, run, in, sides, provenance);
   });
   if (const json edits = run.note("edits"); !edits.empty())

@@ -103,7 +103,11 @@ json export_material(const Context& context, const RunDirectory& run, const Scen
   if (fs::exists(file) && !context.overwrite)
     throw usage_error("--material", file.string(), "exists", "give another name, or --overwrite");
   check_simulated_with(run, scene);
-  const json& session = run.summary("simulate", "run `pliant simulate` first")["session"];
+  const json session = run.summary("simulate", "run `pliant simulate` first").value("session", json::object());
+  if (!session.contains("uniform") && !session.contains("material_file"))
+    throw usage_error(run.path().string(), "simulate",
+                      "was run by an earlier version, which did not record its material",
+                      "run `pliant simulate` again");
   ParticleFile particles = read_particles(run / (object_folder(run) + "/particles.h5"));
   ElasticSamples solid = simulated_material(run, session, particles.solid_position);
   MaterialFile material;

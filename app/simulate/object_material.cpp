@@ -109,8 +109,10 @@ ObjectMaterial check_material(const Scene& scene, const MaterialValues& command_
   if (!density) missing += " --density";
   if (!missing.empty())
     throw usage_error("material", missing.substr(1), "unknown for this scene",
-                      "give --young E[Pa] --poisson NU --density RHO[kg/m^3], \"material\" in scene.json, or run "
-                      "`pliant predict` first");
+                      by == SetBy::kFit ? "give --poisson NU --density RHO[kg/m^3], \"material\" in scene.json, or run "
+                                          "`pliant predict`, then `pliant fit` with --initial-material predicted"
+                                        : "give --young E[Pa] --poisson NU --density RHO[kg/m^3], \"material\" in "
+                                          "scene.json, or run `pliant predict` first");
   validate_material("material", *young, *poisson, *density);
 
   ObjectMaterial out{*young, *poisson, *density, {}};

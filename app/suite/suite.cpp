@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "app/demo/kinds/kinds.h"
 #include "fitting/observe/child_process.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/file_lock.h"
@@ -19,20 +20,27 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-/// Every motion method begins with the E of scene.json, which is wrong on purpose.  PhysDreamer's take minutes a scene.
-json motion_methods(bool quick) {
-  const auto method = [](json commands, const std::string& what) {
-    return json{{"commands", std::move(commands)}, {"simulate", json::array()}, {"what", what}};
-  };
-  json methods = {
-      {"ours", method({{"fit"}}, "search over one E, then Gauss-Newton")},
-      {"given", method(json::array(), "E as given, without a video, as PhysGaussian (Xie et al. 2024) takes it")}};
-  if (quick) return methods;
-  methods["ours-smooth"] = method({{"fit", "--field", "smooth"}}, "then a smooth field E(x)");
-  methods["physdreamer"] =
-      method({{"fit", "--recipe", "physdreamer"}}, "PhysDreamer (Zhang et al. 2024), re-created: v0(x), then E(x)");
-  methods["physdreamer-code"] =
-      method({{"fit", "--recipe", "physdreamer-code"}}, "the same as its released programs do it, re-created");
+/// A method of motion: commands after the preparation, and options of the simulations that are judged.
+json motion_method(json commands, const std::string& what, json simulate = json::array()) {
+  return {{"commands", std::move(commands)}, {"simulate", std::move(simulate)}, {"what", what}};
+}
+
+/// Every motion method begins with the E of scene.json, which is wrong on purpose.
+json motion_methods() {
+  return {{"ours", motion_method({{"fit"}}, "search over one E, then Gauss-Newton")},
+          {"given",
+           motion_method(json::array(), "E as given, without a video, as PhysGaussian (Xie et al. 2024) takes it")}};
+}
+
+/// From the video of a jolt, the situation that PhysDreamer is made for: a body at rest that moves of itself.  The
+/// recipe has no damping; it is simulated with that of `given`.
+json jolt_methods() {
+  const json damped = {"--damping-time", 1};
+  json methods = motion_methods();
+  methods["physdreamer"] = motion_method({{"fit", "--recipe", "physdreamer"}},
+                                         "PhysDreamer (Zhang et al. 2024), re-created: v0(x), then E(x)", damped);
+  methods["physdreamer-code"] = motion_method({{"fit", "--recipe", "physdreamer-code"}},
+                                              "the same as its released programs do it, re-created", damped);
   return methods;
 }
 
@@ -57,22 +65,25 @@ json repair_methods() {
           {"opencv", {{"what", "the best of OpenCV's inpaintings, each view by itself"}}}};
 }
 
-/// Scores of a suite that are there; those of earlier settings do not count.
-std::vector<fs::path> scores_in(const fs::path& folder, const json& settings) {
+/// Files of the scores that a suite brings.
+std::vector<fs::path> expected_scores(const fs::path& folder, const json& settings) {
   std::vector<fs::path> scores;
+  const json lacking = settings.value("lacking", json::object());
   for (const auto& [task, methods] : settings["methods"].items())
     for (const auto& [method, what] : methods.items())
       for (const auto& [scene, demo] : settings["scenes"].items()) {
-        const fs::path score = folder / "scores" / task / method / (scene + ".json");
-        if (fs::exists(score)) scores.push_back(score);
+        const json without = lacking.value(task, json::array());
+        if (std::find(without.begin(), without.end(), demo["kind"]) != without.end()) continue;
+        scores.push_back(folder / "scores" / task / method / (scene + ".json"));
       }
   return scores;
 }
 
-int expected_scores(const json& settings) {
-  int count = 0;
-  for (const json& methods : settings["methods"]) count += static_cast<int>(methods.size() * settings["scenes"].size());
-  return count;
+/// Those that are there; those of earlier settings do not count.
+std::vector<fs::path> scores_in(const fs::path& folder, const json& settings) {
+  std::vector<fs::path> scores = expected_scores(folder, settings);
+  std::erase_if(scores, [](const fs::path& score) { return !fs::exists(score); });
+  return scores;
 }
 
 }  // namespace
@@ -137,9 +148,14 @@ json suite_settings(const SuiteStage& stage, const std::string& pliant, const st
                   : json{"--photos", 24, "--gaussians", 40000, "--training", 300};
   settings["particles"] = stage.quick ? 1000 : 2000;
   settings["simulate"] = {"--duration", 2, "--fps", 24};
-  settings["methods"] = {{"motion", motion_methods(stage.quick)},
-                         {"segmentation", segmentation_methods(stage.quick)},
-                         {"repair", repair_methods()}};
+  settings["methods"] = {
+      {"motion", motion_methods()}, {"segmentation", segmentation_methods(stage.quick)}, {"repair", repair_methods()}};
+  if (!stage.quick) {  // these take minutes a scene
+    settings["methods"]["motion"]["ours-smooth"] =
+        motion_method({{"fit", "--field", "smooth"}}, "then a smooth field E(x)");
+    settings["methods"]["jolt"] = jolt_methods();
+    settings["lacking"] = {{"jolt", json::array({kPottedFlower})}};
+  }
   return settings;
 }
 
@@ -160,7 +176,7 @@ json run_suite(const Context& context, const json& settings, const SuiteStage& s
                                    : fmt::format(" --cluster {} --jobs {}", quoted_word(stage.cluster), workers);
   ChildProcess snakemake(
       {.command = command + " results", .argument = "--quiet", .log = log, .interrupted = context.interrupted});
-  const int total = expected_scores(settings);
+  const int total = static_cast<int>(expected_scores(folder, settings).size());
   context.progress.begin("suite", total);
   std::optional<int> code;
   while (!(code = snakemake.wait(2)))

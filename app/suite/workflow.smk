@@ -18,16 +18,20 @@ PLIANT = config["pliant"]
 SCENES = config["scenes"]
 METHODS = config["methods"]
 THREADS = config["threads"]
+OF_MOTION = ["unseen.relative_error:lower", "unseen.frequency_error:lower", "video.relative_error:lower",
+             "log10_young_error"]
 METRICS = {
-    "motion": ["unseen.relative_error:lower", "unseen.frequency_error:lower", "video.relative_error:lower",
-               "log10_young_error"],
+    "motion": OF_MOTION,
+    "jolt": OF_MOTION,
     "segmentation": ["miou", "boundary_miou"],
     "repair": ["psnr"],
 }
+TITLES = {"jolt": "Motion, from the video of a jolt"}
 
 wildcard_constraints:
     scene="[^/]+/[^/]+",  # kind/seed: seeds of a kind are no independent scenes
     method="[^/]+",
+    motion="motion|jolt",
 
 
 def pliant(log, *words):
@@ -104,7 +108,12 @@ def prepared_run(wildcards):
 
 
 def of_motion(wildcards):
-    return digest(of_prepared(wildcards), config["simulate"], METHODS["motion"][wildcards.method])
+    return digest(of_prepared(wildcards), config["simulate"], METHODS[wildcards.motion][wildcards.method])
+
+
+def scenes_of(task):
+    """Some kinds lack what a task needs: the potted flower has one video alone."""
+    return [scene for scene in SCENES if SCENES[scene]["kind"] not in config.get("lacking", {}).get(task, [])]
 
 
 def of_segmentation(wildcards):
@@ -168,30 +177,36 @@ rule prepared:
         pliant(log[0], "seed", run, "--particles", config["particles"])
 
 
-# E from the reference video or from a prediction; then forces that the video does not show, against the truth.
+# E from a video or from a prediction; then forces that the video does not show, against the truth.  The video is the
+# scene's, of a poke, or that of a jolt: an impulse at a known time, from which on a body at rest swings freely.
 rule motion:
     input:
         "prepared/{scene}.done",
     output:
-        "scores/motion/{method}/{scene}.json",
+        "scores/{motion}/{method}/{scene}.json",
     log:
-        "logs/{scene}/motion-{method}.log",
+        "logs/{scene}/{motion}-{method}.log",
     params:
         settings=of_motion,
     priority: 2
     threads: THREADS
     run:
-        scene, method = wildcards.scene, METHODS["motion"][wildcards.method]
+        scene, task, method = wildcards.scene, wildcards.motion, METHODS[wildcards.motion][wildcards.method]
         truth = f"scenes/{scene}/truth"
-        run = f"runs/{scene}/motion-{wildcards.method}-{params.settings}"
+        run = f"runs/{scene}/{task}-{wildcards.method}-{params.settings}"
         os.makedirs(f"runs/{scene}", exist_ok=True)
 
         def measure():
             copy_of(prepared_run(wildcards), run)
             errors = {"video": {}, "unseen": {}}
+            video = read_json(f"scenes/{scene}/scene.json")["video"]
+            shown, of_video = os.path.splitext(os.path.basename(video["file"]))[0], []
+            if task == "jolt":
+                (impulse,) = [row for row in read_json(f"{truth}/jolt/interactions.json") if row["type"] == "impulse"]
+                shown, of_video = "jolt", ["--video", f"scenes/{scene}/videos/jolt.mp4", "--video-camera",
+                                           video["camera"], "--start", impulse["start"]]
             for command in method["commands"]:
-                pliant(log[0], command[0], run, *command[1:])
-            shown = os.path.splitext(os.path.basename(read_json(f"scenes/{scene}/scene.json")["video"]["file"]))[0]
+                pliant(log[0], command[0], run, *command[1:], *(of_video if command[0] == "fit" else []))
             # A motion to a folder; the potted flower has one alone, that of its video.
             folders = [os.path.dirname(file) for file in sorted(glob.glob(f"{truth}/*/trajectory.h5"))]
             motions = {os.path.basename(folder): folder for folder in folders} or {shown: truth}
@@ -208,7 +223,7 @@ rule motion:
             metrics["log10_young_error"] = read_json(f"{run}/young.json")["log10_young_error"]
             return metrics
 
-        score("motion", scene, wildcards.method, log[0], output[0], measure, run)
+        score(task, scene, wildcards.method, log[0], output[0], measure, run)
 
 
 # Labels from the masks of seven in eight photos, against the masks of the eighth.
@@ -272,7 +287,7 @@ rule results:
         [
             f"scores/{task}/{method}/{scene}.json"
             for task in METHODS
-            for scene in SCENES
+            for scene in scenes_of(task)
             for method in METHODS[task]
         ],
     output:
@@ -290,10 +305,10 @@ rule results:
         for task, methods in METHODS.items():
             # Of these settings alone: there may be scores of earlier ones.
             shutil.rmtree(f"tables/{task}", ignore_errors=True)
-            compared, scores = f"tables/{task}/of", {}
+            compared, scores, scenes = f"tables/{task}/of", {}, scenes_of(task)
             for method in methods:
-                scores[method] = [read_json(f"scores/{task}/{method}/{scene}.json") for scene in SCENES]
-                for scene in SCENES:
+                scores[method] = [read_json(f"scores/{task}/{method}/{scene}.json") for scene in scenes]
+                for scene in scenes:
                     copy = f"{compared}/{method}/{scene}.json"
                     os.makedirs(os.path.dirname(copy), exist_ok=True)
                     shutil.copyfile(f"scores/{task}/{method}/{scene}.json", copy)
@@ -301,7 +316,7 @@ rule results:
             known = [score for own in scores.values() for score in own]
             shown = [metric for metric in METRICS[task] if any(has(score, metric) for score in known)]
             metrics = [word for metric in shown for word in ("--metric", metric)]
-            text += f"\n## {task.capitalize()}\n\n"
+            text += f"\n## {TITLES.get(task, task.capitalize())}\n\n"
             text += "| method | what it does | failed | mean time [s] |\n|---|---|---|---|\n"
             for method, own in scores.items():
                 seconds = mean([score["seconds"] for score in own])

@@ -28,6 +28,9 @@ class DistributionLoss {
 
 /// Whether this program was built with libtorch.
 bool can_train_networks();
+/// Loads what training needs, so that its lack is said before any work.  Throws Error{kInput} when libtorch is not
+/// there.
+void require_network_training();
 
 /// libtorch's derivatives; the module is loaded by the first call.  `network` gives sizes and the wide Gaussian.  Equal
 /// for a number of threads.  `in_double` is for the check of its derivatives.  Throws Error{kInput} when libtorch is

@@ -147,6 +147,7 @@ TrainDistributionResult train_distribution(const TrainDistributionOptions& o, st
                                            const std::filesystem::path& checkpoint,
                                            const std::function<bool(const TrainingEpoch&)>& going_on) {
   validate(o);
+  require_network_training();
   const uint64_t first = o.seed * 1'000'000;
   const TrainingSet train =
       make_training_set({o.objects, first, true, o.threads}, corpus_families(FamilyRole::kTrain), more);

@@ -22,6 +22,14 @@ void validate(const TriplaneOptions& o, size_t points) {
     require(o.low[c] < o.high[c], "bounds", "low is not below high", "swap them");
 }
 
+using TriplaneFactory = TriplaneField* (*)(const TriplaneOptions&, std::span<const Vec3f>);
+
+TriplaneFactory triplane_factory() {
+  static const auto factory = reinterpret_cast<TriplaneFactory>(
+      module_function("pliant_triplanes.so", "pliant_make_triplane_field", kTorchAdvice + "fit by parts"));
+  return factory;
+}
+
 }  // namespace
 
 #ifdef PLIANT_TORCH
@@ -30,12 +38,11 @@ bool has_triplane_fields() { return true; }
 bool has_triplane_fields() { return false; }
 #endif
 
+void require_triplane_fields() { triplane_factory(); }
+
 std::unique_ptr<TriplaneField> make_triplane_field(const TriplaneOptions& options, std::span<const Vec3f> points) {
   validate(options, points.size());
-  using Factory = TriplaneField* (*)(const TriplaneOptions&, std::span<const Vec3f>);
-  static const auto factory = reinterpret_cast<Factory>(
-      module_function("pliant_triplanes.so", "pliant_make_triplane_field", kTorchAdvice + "fit by parts"));
-  return std::unique_ptr<TriplaneField>(factory(options, points));
+  return std::unique_ptr<TriplaneField>(triplane_factory()(options, points));
 }
 
 }  // namespace pliant

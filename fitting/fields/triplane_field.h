@@ -37,6 +37,9 @@ class TriplaneField : public Field {
 
 /// Whether this program was built with libtorch.
 bool has_triplane_fields();
+/// Loads what these fields and hexplane fields need (half a second), so that its lack is said before any work.  Throws
+/// Error{kInput} when libtorch is not there.
+void require_triplane_fields();
 
 /// The field over `points`.  libtorch is loaded by the first call (half a second), not with the program.  Throws
 /// Error{kUsage} for impossible options, Error{kInput} when libtorch is not there.

@@ -21,7 +21,8 @@ int frames_of(const Motion<float>& motion) {
 
 /// Frames after the start that iteration `k` compares.
 int window_of(const GradientFitOptions& options, int k, int all) {
-  const double grown = options.growth > 0 ? k / (options.growth * options.iterations) : 1;
+  const double whole = std::min(options.growth * options.iterations, options.iterations - 1.0);
+  const double grown = whole > 0 ? k / whole : 1;
   return std::clamp(static_cast<int>(std::lround(options.first_window + grown * (all - options.first_window))),
                     std::min(options.first_window, all), all);
 }
@@ -85,6 +86,17 @@ std::vector<double> density_adjoint(const Particles& particles, std::span<const 
   if (keep_mass)
     for (size_t i = 0; i < adj_factor.size(); ++i) adj_factor[i] -= sum * particles.mass[i] / mass;
   return adj_factor;
+}
+
+/// Over all frames; infinite where the motion cannot be simulated.
+double whole_loss(const Motion<float>& motion, const Objective<float>& objective, const GradientFitFields& fields,
+                  const GradientFitParameters& at) {
+  try {
+    return motion_loss(with_fields(motion, fields, at), objective);
+  } catch (const Error& error) {
+    if (error.failure != Failure::kNumerical) throw;
+    return INFINITY;
+  }
 }
 
 constexpr char kShorterWindow[] = "use a shorter gradient window";
@@ -258,7 +270,13 @@ void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion
     if (sink && !sink(state)) return;
   }
   state.finished = true;
-  if (state.best_loss < 0 || options.noisy) state.best = state.now;
+  if (state.best_loss < 0 || options.noisy) {
+    state.best = state.now;
+  } else if (const double loss = whole_loss(motion, objective, fields, state.now); loss < state.best_loss) {
+    // What the last step led to is a candidate too.
+    state.best_loss = loss;
+    state.best = state.now;
+  }
 }
 
 }  // namespace pliant

@@ -14,7 +14,7 @@ namespace pliant {
 struct GradientFitOptions {
   int iterations = 100;
   int first_window = 6;  ///< frames that are compared at first (PhysDreamer) ...
-  double growth = 0.5;   ///< ... and all of them from this share of the iterations on
+  double growth = 0.5;   ///< ... and all of them from this share of the iterations on, at the latest in the last one
   double material_rate = 0.01, velocity_rate = 0.01, poisson_rate = 0.05, density_rate = 0.02,
          damping_rate = 0.02;                                   ///< of Adam; fall to a tenth by the end
   double material_roughness = 1e-4, velocity_roughness = 1e-2;  ///< weights of the fields' total variation
@@ -81,9 +81,10 @@ struct GradientFitFields {
 using GradientFitSink = std::function<bool(const GradientFitState&)>;
 
 /// Adam on the fields' parameters with exact gradients through MLS-MPM (PhysDreamer, Zhang et al. 2024), over a window
-/// of frames that grows from the start; the best is never worse than the start.  `state` is where it begins: `now`, and
-/// all else empty, or an earlier state. Particles and start of `motion` are those without the fields.  Its
-/// gradient_window cuts the way back (rollout.h).  Equal bit for bit for any number of threads.
+/// of frames that grows from the start; the best is never worse than the start, and what the last step leads to counts.
+/// `state` is where it begins: `now`, and all else empty, or an earlier state.  Particles and start of `motion` are
+/// those without the fields.  Its gradient_window cuts the way back (rollout.h).  Equal bit for bit for any number of
+/// threads.
 void fit_gradient(const GradientFitOptions& options, const Motion<float>& motion, const Objective<float>& objective,
                   const GradientFitFields& fields, GradientFitState& state, const GradientFitSink& sink = {});
 

@@ -28,10 +28,20 @@ class MarkerFit {
         onset_(marker_release(window_, tracks)),
         rest_(mean_position(tracks, options.rest_begin, onset_)),
         model_(options.model, particles, interactions, rest_) {
-    for (size_t k = 0; k < tracks.markers(); ++k)
-      if (!(model_.distance(k) <= options.model.reach))
-        result_.warnings.push_back("marker '" + tracks.name[k] + "' is " + std::to_string(1e3 * model_.distance(k)) +
-                                   " mm from the body and was ignored");
+    size_t unseen = 0;  // at rest
+    for (size_t k = 0; k < tracks.markers(); ++k) {
+      const double distance = model_.distance(k);
+      if (distance <= options.model.reach) continue;
+      if (!std::isfinite(distance)) ++unseen;
+      result_.warnings.push_back("marker '" + tracks.name[k] +
+                                 (std::isfinite(distance)
+                                      ? fmt::format("' is {:.4g} mm from the body", 1e3 * distance)
+                                      : fmt::format("' was not measured at rest, before {:.4g} s,", onset_)) +
+                                 " and was ignored");
+    }
+    if (model_.bound().empty() && unseen == tracks.markers())
+      throw input_error("markers", "", fmt::format("none was measured at rest, before {:.4g} s", onset_),
+                        "check --marker-rest and --marker-release");
     if (model_.bound().empty())
       throw input_error("markers", "", "none is on the body at rest", "check the units and axes of the markers");
     double log_young = 0;

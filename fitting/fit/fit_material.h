@@ -37,6 +37,7 @@ struct MaterialFitOptions {
   /// video.
   GradientFitOptions gradient;
   int gradient_window = 0;                       ///< frames of the video through which gradients run back; 0 = all
+  int clip_frames = 0;                           ///< of fit_physdreamer: compared, with that of its start; 0 = all
   bool poisson = false;                          ///< Poisson's ratio too: one, of each part, or a smooth field
   bool density = false;                          ///< the density likewise
   ClipTerms clip;                                ///< that these gradients compare

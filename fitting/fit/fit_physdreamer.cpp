@@ -109,7 +109,8 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
                             const std::function<void(const std::string&)>& progress, MaterialFitProgress kept) {
   const double told = options.vibration.search.first;
   const int first = told >= 0 ? static_cast<int>(std::lround(told * fps)) : start_frame(tracks, particles),
-            last = static_cast<int>(tracks.tracks().place.size()) - 1;
+            end = static_cast<int>(tracks.tracks().place.size()) - 1,
+            last = options.clip_frames > 0 ? std::min(end, first + options.clip_frames - 1) : end;
   if (progress && told < 0 && first > 0)
     progress("the motion builds up at first; from frame " + std::to_string(first) +
              " on, where the object passes its shape at rest");
@@ -146,6 +147,7 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   start.damping = false;
   start.gradient = options.gradient;
   start.gradient.growth = 0;
+  start.gradient.patience = start.gradient.iterations;
   const double speed =
       code ? PhysDreamerCode::kSpeedStep * code->edge : typical_speed(tracks_of(early), particles, fps);
   start.velocity = velocity_field(options, particles, interactions, speed);
@@ -167,6 +169,7 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
   ClipFitOptions material = gradient_fields(options, particles, interactions);
   material.velocity = nullptr;
   material.damping = false;
+  material.gradient.patience = material.gradient.iterations;
   if (code) {
     TriplaneOptions planes = options.planes;
     planes.layers = 2;
@@ -175,8 +178,7 @@ MaterialFit fit_physdreamer(const MaterialFitOptions& options, const Particles& 
     const double square = code->edge * code->edge;
     material.added_young = {square * PhysDreamerCode::kYoungStep, square * PhysDreamerCode::kYoungLow,
                             square * PhysDreamerCode::kYoungHigh};
-    material.gradient.growth = 1;
-    material.gradient.patience = material.gradient.iterations;
+    material.gradient.growth = 0.8;
     follow_released_code(material.gradient, compared.picture, 0.05, 0.9);
   }
   simulate.duration = (last - first) / fps;

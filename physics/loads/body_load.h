@@ -8,9 +8,9 @@
 namespace pliant {
 
 /// Acceleration of the particles whose load bits contain `bit`:
-///   a + b x (x - centre) - drag v - k (x - reference) + wind,
-/// reference = where the particle lay at rest, k = spring M / (rho dx^2), M = WaveModulus.  The wind presses on the
-/// surface elements that face it with pressure |w - v|^2.
+///   a + f V / m + b x (x - centre) - drag v - k (x - reference) + wind,
+/// V = volume at rest, reference = where the particle lay at rest, k = spring M / (rho dx^2), M = WaveModulus.  The
+/// wind presses on the surface elements that face it with pressure |w - v|^2.
 template <class T>
 struct BodyLoad {
   uint32_t bit = 0;
@@ -21,15 +21,16 @@ struct BodyLoad {
   T spring = 0;                            ///< no unit
   Vec3<T> wind = Vec3<T>::Zero();          ///< w, m/s
   T pressure = 0;                          ///< kg/m^3, density of the air times drag coefficient / 2
+  Vec3<T> per_volume = Vec3<T>::Zero();    ///< f, N/m^3
 };
 
 /// What a load reads of a particle.
 template <class T>
 struct LoadedParticle {
   Vec3<T> x, v, reference;
-  Mat3<T> F;
+  Mat3<T> F;         ///< deformation gradient with the permanent part
   Vec3<T> exposure;  ///< m^2, outward surface element that the particle stands for at rest
-  T mass;            ///< kg
+  T mass, volume;    ///< kg, m^3 at rest
   T stiffness;       ///< 1/s^2, M / (rho dx^2)
 };
 
@@ -48,7 +49,7 @@ template <class T>
 Vec3<T> velocity_gain(const BodyLoad<T>& load, T dt, const LoadedParticle<T>& p) {
   const Vec3<T> arm = p.x - load.centre;
   Vec3<T> a = load.acceleration - load.drag * p.v - load.spring * p.stiffness * (p.x - p.reference);
-  a += load.angular.cross(arm);
+  a += load.angular.cross(arm) + p.volume / p.mass * load.per_volume;
   Vec3<T> gain = dt * a;
   if (load.pressure > T(0)) {
     const Vec3<T> u = load.wind - p.v;
@@ -63,7 +64,8 @@ Vec3<T> velocity_gain(const BodyLoad<T>& load, T dt, const LoadedParticle<T>& p)
 
 /// Derivatives of a scalar by what a load is made of, and by what it reads of a particle.
 struct BodyLoadGradient {
-  Vec3d acceleration = Vec3d::Zero(), angular = Vec3d::Zero(), centre = Vec3d::Zero(), wind = Vec3d::Zero();
+  Vec3d acceleration = Vec3d::Zero(), angular = Vec3d::Zero(), centre = Vec3d::Zero(), wind = Vec3d::Zero(),
+        per_volume = Vec3d::Zero();
   double drag = 0;
 };
 template <class T>
@@ -88,6 +90,9 @@ void velocity_gain_adjoint(const BodyLoad<T>& load, T dt, const LoadedParticle<T
   by.x += adj_arm;
   by_load.centre -= adj_arm.template cast<double>();
   by_load.angular += arm.cross(adj_a).template cast<double>();
+  const Vec3<T> adj_force = p.volume / p.mass * adj_a;
+  by_load.per_volume += adj_force.template cast<double>();
+  by.mass -= adj_force.dot(load.per_volume) / p.mass;
   if (!(load.pressure > T(0))) return;
   const Vec3<T> u = load.wind - p.v, element = cofactor(p.F) * p.exposure;
   const T against = -element.dot(u);

@@ -18,9 +18,9 @@ class ContactList {
  public:
   static constexpr double kReach = 0.8;   ///< cells between particles from which on they touch
   static constexpr double kSlack = 0.45;  ///< cells
-  /// Cells between particles at rest from which on they can touch though they are of one body.  Nearer ones share
-  /// nodes, which hold them apart.
-  static constexpr double kApart = 4.4;
+  /// Cells between particles at rest from which on they can touch though they are of one body.  Nearer ones lie in
+  /// blocks that share blocks of nodes, so that BlockGrid knows whether they hang together.
+  static constexpr double kApart = BlockGrid::kSide;
 
   /// Forgets everything; the next steps begin with a new list.
   void clear() { travelled_ = kSlack; }

@@ -143,6 +143,7 @@ class Mpm {
   void follow_block(int b);
   void add_contacts(int b, T dt, const StepLoads<T>& loads);
   bool touching() const { return options_.lagrangian && options_.contact && !contacts_.empty(); }
+  bool meeting_on_nodes() const { return !options_.lagrangian && data_.grid.has_siblings(); }
   void find_kept(T dt);
   void collect_node_reports();
   void displace_node_block(int n, T dt);

@@ -67,7 +67,14 @@ struct ParticlePlace {
   Vec3<T> x, v;  ///< m, m/s
 };
 
-/// What loads read of particle `index`, in the fields that ParticleRecord and AdjointRecord share.
+/// Whether the whole deformation of a particle is that of its memory instead of its F.
+template <class T, class Record>
+bool has_memory(const MpmData<T>& data, const Record& constants) {
+  return constants.side >= 0 && has_memory(data.materials[constants.material].law);
+}
+
+/// What loads read of particle `index`, in the fields that ParticleRecord and AdjointRecord share; F as it is where the
+/// particle has no memory.
 template <class T, class Record>
 LoadedParticle<T> loaded_particle(const MpmData<T>& data, const Record& constants, const T* x, const T* v, const T* F) {
   const auto& r = constants;
@@ -78,6 +85,7 @@ LoadedParticle<T> loaded_particle(const MpmData<T>& data, const Record& constant
           Eigen::Map<const Eigen::Matrix<T, 3, 3, Eigen::RowMajor>>(F),
           data.exposure.empty() ? Vec3<T>(Vec3<T>::Zero()) : data.exposure[r.index],
           r.mass,
+          r.volume,
           modulus * r.volume / r.mass * data.inverse_dx * data.inverse_dx};
 }
 

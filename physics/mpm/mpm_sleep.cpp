@@ -78,7 +78,8 @@ bool Mpm<T>::scatter_can_wait(int b, T dt, const StepLoads<T>& loads) {
   uint32_t active = 0;
   // Springs of pins hold what is at rest where it is.
   for (const auto& load : loads.body)
-    if (load.pressure != T(0) || load.drag != T(0) || !load.acceleration.isZero(0) || !load.angular.isZero(0))
+    if (load.pressure != T(0) || load.drag != T(0) || !load.acceleration.isZero(0) || !load.angular.isZero(0) ||
+        !load.per_volume.isZero(0))
       active |= load.bit;
   for (int s = data_.grid.begin(b); active != 0 && s < data_.grid.begin(b + 1); ++s)
     if (data_.record[data_.grid.order()[s]].bits & active) {

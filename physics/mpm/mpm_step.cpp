@@ -102,7 +102,7 @@ bool Mpm<T>::advance(int count, T dt, StepLoads<T>& loads, const std::function<v
         scatter_block(b, dt, loads);
       }
       barrier->wait();
-      const bool meeting = data_.grid.has_siblings();
+      const bool meeting = meeting_on_nodes();
       for (int n; (n = update.take()) < data_.grid.node_blocks();) {
         sum_node_block(n);
         if (tape) record_node_block(n, tape->last());
@@ -203,7 +203,7 @@ template <class T>
 void Mpm<T>::update_grid(T dt, const StepLoads<T>& loads) {
   const int blocks = data_.grid.node_blocks();
   for (int n = 0; n < blocks; ++n) update_node_block(n, dt, loads);
-  if (data_.grid.has_siblings())
+  if (meeting_on_nodes())
     for (int n = 0; n < blocks; ++n) apply_object_contact(loads, data_.grid, data_.dx, data_.node, n);
   for (int n = 0; n < blocks; ++n) condition_node_block(n, dt, loads);
 }

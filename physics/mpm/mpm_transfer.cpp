@@ -42,7 +42,8 @@ void Mpm<T>::apply_body_loads(int b, T dt, const StepLoads<T>& loads) {
   for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s) {
     ParticleRecord<T>& r = data_.record[data_.grid.order()[s]];
     if (r.bits == 0) continue;
-    const LoadedParticle<T> p = loaded_particle(data_, r, r.x, r.v, r.F);
+    LoadedParticle<T> p = loaded_particle(data_, r, r.x, r.v, r.F);
+    if (has_memory(data_, r)) p.F = data_.side[r.side].memory.F_total;
     Vec3<T> sum = Vec3<T>::Zero();
     for (size_t l = 0; l < loads.body.size(); ++l) {
       if ((r.bits & loads.body[l].bit) == 0) continue;

@@ -123,6 +123,7 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
         if (!it.region.contains(particles.position[i].template cast<double>())) continue;
         bits_[i] |= entry.bit;
         entry.mass += loaded[i];
+        entry.volume += particles.volume[i];
         entry.max_force += static_cast<double>(particles.young[i]) * particles.volume[i];
         if (it.type == InteractionType::kGrab || it.type == InteractionType::kTorque)
           entry.touched.push_back(static_cast<int>(i));
@@ -320,7 +321,10 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
         break;
       case InteractionType::kWeight:
         // It was not there when the body was captured.
-        if (cancels_gravity(middle)) add<T>(loads, entry.bit, it.mass / entry.mass * options_.gravity);
+        if (!cancels_gravity(middle)) break;
+        loads.body.emplace_back();
+        loads.body.back().bit = entry.bit;
+        loads.body.back().per_volume = (it.mass / entry.volume * options_.gravity).template cast<T>();
         break;
     }
     body_source.resize(loads.body.size(), static_cast<int>(k));

@@ -94,6 +94,7 @@ class LoadSchedule {
     double end = 0;
     uint32_t bit = 0;
     double mass = 0;            // touched, with weights, kg
+    double volume = 0;          // touched, at rest, m^3
     double length = 0;          // of a grab: that of a bar of what it touches, m
     double max_force = 0;       // of a grab, N
     std::vector<int> touched;   // only of what depends on their motion

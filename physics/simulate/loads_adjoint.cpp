@@ -59,11 +59,9 @@ void LoadSchedule<T>::at_adjoint(double t, double dt, const TapeStep<T>& step, c
         break;
       case InteractionType::kWeight:
         if (cancels_gravity(middle)) {
-          const Vec3d& a = by.body[next++].acceleration;
-          const double pull = a.dot(options_.gravity);
-          gradient.gravity += it.mass / entry.mass * a;
-          gradient.weight[k] += pull / entry.mass;
-          gradient.touched_mass[k] -= it.mass * pull / (entry.mass * entry.mass);
+          const Vec3d& force = by.body[next++].per_volume;
+          gradient.gravity += it.mass / entry.volume * force;
+          gradient.weight[k] += force.dot(options_.gravity) / entry.volume;
         }
         break;
     }

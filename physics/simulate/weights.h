@@ -8,7 +8,7 @@
 namespace pliant {
 
 /// [N] kg, masses of the particles with the weights that hang on them.  A weight is spread over the particles of its
-/// region in proportion to their volume, so that it moves with them and stiffens nothing.
+/// region in proportion to their volume, so that it moves with them and stiffens nothing.  Its gravity pulls there too.
 template <class T>
 std::vector<T> masses_with_weights(const BasicParticles<T>& particles, const std::vector<Interaction>& interactions);
 

@@ -121,6 +121,9 @@ AssociateResult associate(const AssociateOptions& options, const GaussianCloud& 
   const std::vector<uint32_t> kept = tally.kept(), id = ids_of_groups(tally, kept);
   summary.groups = static_cast<int>(id.size() - std::count(id.begin(), id.end(), 0));
   summary.kept_ids = static_cast<int>(kept.size() - std::count(kept.begin(), kept.end(), 0));
+  const std::vector<uint32_t> carried = masks.ids();
+  for (size_t g = 0; g < id.size(); ++g)
+    summary.reused_ids += kept[g] == 0 && std::binary_search(carried.begin(), carried.end(), id[g]);
   std::vector<MaskSet::View> relabelled(masks.views.size());
   int clean = 0;
   for (size_t v = 0; v < views.size(); ++v) {

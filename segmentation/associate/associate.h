@@ -35,6 +35,7 @@ struct AssociateSummary {
   int split = 0;           ///< masks that share their group with another mask of the same view
   int ignored = 0;         ///< masks without a footprint of their own, set to 0
   int kept_ids = 0;        ///< groups that keep the id which most of them carried
+  int reused_ids = 0;      ///< groups with a new id that other masks carried
   double consistency = 1;  ///< of the ids that came in, see id_consistency
   double overlap = 0;      ///< mean weighted Jaccard index of masks, but for merged and split ones, with their groups
 

@@ -145,12 +145,18 @@ std::vector<fs::path> id_pictures(const fs::path& folder, const std::vector<Came
   std::error_code ignored;
   if (inner.size() != 1 || !fs::equivalent(inner.begin()->parent_path(), folder, ignored)) return files;
   uint32_t largest = 0;
+  size_t marked = 0, white = 0;  // pixels that are not 0, and those of the largest value
   for (const fs::path& file : files)
-    if (file.parent_path() == *inner.begin()) {
-      const IdImage ids = read_ids(file);
-      if (!ids.empty()) largest = std::max(largest, *std::max_element(ids.data.begin(), ids.data.end()));
-    }
-  if (largest == 0xff || largest == 0xffff || largest == kLargestId)
+    if (file.parent_path() == *inner.begin())
+      for (const uint32_t id : read_ids(file).data) {
+        if (id == 0) continue;
+        ++marked;
+        if (id > largest) white = 0;
+        largest = std::max(largest, id);
+        white += id == largest;
+      }
+  // Soft edges and weak traces of an object are fewer than its white; one of several IDs may be 255 as well.
+  if ((largest == 0xff || largest == 0xffff || largest == kLargestId) && 2 * white >= marked)
     for (fs::path& file : files)
       if (file.parent_path() == *inner.begin()) file.clear();
   return files;

@@ -37,6 +37,8 @@ EditOutcome merge(const ObjectEdit& edit, Segmentation& s) {
     names.push_back(described(s, c));
   }
   EditOutcome outcome{{ids[0]}, 0, ""};
+  for (size_t k = 1; k < ids.size(); ++k)
+    outcome.merged.emplace_back(ids[k], s.class_name[static_cast<size_t>(class_of_id(s, ids[k]))]);
   std::string others, origin = "merged from " + std::to_string(ids[0]);
   for (size_t k = 1; k < ids.size(); ++k) {
     outcome.gaussians += members_of(s, ids[k]);
@@ -125,7 +127,24 @@ EditOutcome drop(const ObjectEdit& edit, const GaussianCloud& cloud, Segmentatio
               " Gaussians were given the label of their surroundings" + list};
 }
 
+/// Throws Error{kUsage} where an object cannot have the new name.
+void check_new_name(const ObjectEdit& edit) {
+  const auto refuse = [&](const std::string& problem, const std::string& remedy) {
+    return usage_error(edit.option(), edit.text(), problem, remedy);
+  };
+  if (edit.name.find_first_not_of("0123456789") == std::string::npos)
+    throw refuse("is a name that could be an ID", "give a name with a letter in it");
+  if (edit.name.size() > kLongestName)
+    throw refuse("is a name of " + std::to_string(edit.name.size()) + " bytes",
+                 "give one of at most " + std::to_string(kLongestName));
+  if (as_utf8(edit.name) != edit.name) throw refuse("is a name that is not UTF-8", "write it in UTF-8");
+  for (char c : edit.name)
+    if (static_cast<unsigned char>(c) < 32 || c == ',')
+      throw refuse("is a name with a comma or an unprintable character", "leave it out");
+}
+
 EditOutcome rename(const ObjectEdit& edit, Segmentation& s) {
+  check_new_name(edit);
   const size_t c = class_of_object(s, edit.option(), edit.objects[0]);
   for (size_t other = 0; other < s.class_name.size(); ++other)
     if (other != c && s.class_name[other] == edit.name)
@@ -169,15 +188,7 @@ ObjectEdit ObjectEdit::parse(Kind kind, const std::string& text) {
       throw refuse("is not an object and a name", "give ID=NAME, for example 3=vase");
     edit.objects = {text.substr(0, at)};
     edit.name = text.substr(at + 1);
-    if (edit.name.find_first_not_of("0123456789") == std::string::npos)
-      throw refuse("is a name that could be an ID", "give a name with a letter in it");
-    if (edit.name.size() > kLongestName)
-      throw refuse("is a name of " + std::to_string(edit.name.size()) + " bytes",
-                   "give one of at most " + std::to_string(kLongestName));
-    if (as_utf8(edit.name) != edit.name) throw refuse("is a name that is not UTF-8", "write it in UTF-8");
-    for (char c : edit.name)
-      if (static_cast<unsigned char>(c) < 32 || c == ',')
-        throw refuse("is a name with a comma or an unprintable character", "leave it out");
+    check_new_name(edit);
     return edit;
   }
   edit.objects = kind == Kind::kMerge ? split(text, ',') : std::vector<std::string>{text};

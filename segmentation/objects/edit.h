@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gaussians/base/camera.h"
@@ -28,14 +29,15 @@ struct EditOutcome {
   std::vector<uint32_t> ids;  ///< of the objects that are left or new
   size_t gaussians = 0;       ///< whose label changed
   std::string sentence;
-  std::string old_name = "";  ///< of kName
+  std::string old_name = "";                                  ///< of kName
+  std::vector<std::pair<uint32_t, std::string>> merged = {};  ///< of kMerge: ID and name of what became part of ids[0]
 };
 
 /// Applies one edit.  Merge: all become the first, which keeps id and name.  Split: the part with most opacity keeps id
 /// and name, others get ids that no object ever had.  Drop: Gaussians take the label around them.  Attribute,
 /// classifier, labels, confidences and the lists of cameras agree afterwards; `cameras` are those of the scene.  Throws
 /// Error{kUsage} for an unknown or ambiguous object (with the nearest one), a merge of an object with itself, a name
-/// that another object has or that reads as an id, an object that cannot be split.
+/// that another object has, that reads as an id or that parse() refuses, an object that cannot be split.
 EditOutcome apply_edit(const SplitOptions& options, const ObjectEdit& edit, const GaussianCloud& cloud,
                        const std::vector<Camera>& cameras, Segmentation& segmentation);
 

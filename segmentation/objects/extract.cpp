@@ -112,26 +112,26 @@ ExtractResult extract(const ExtractOptions& options, const GaussianCloud& cloud,
 
   // Contact with the support.
   const std::vector<int> background = indices_of(place, Place::kBackground);
-  const bool named = options.support != 0 && options.support != options.object;  // nothing stands on itself
+  const bool named = options.support && *options.support != options.object;  // nothing stands on itself
   summary.support = named ? options.support : find_support(options, cloud, segmentation, members, background);
-  if (summary.support != 0 && class_of_id(segmentation, summary.support) < 0)
+  if (summary.support && class_of_id(segmentation, *summary.support) < 0)
     throw usage_error("support", "",
-                      "is id " + std::to_string(summary.support) + ", which the segmentation does not have",
+                      "is id " + std::to_string(*summary.support) + ", which the segmentation does not have",
                       "give an id of the scene");
   std::vector<int> support;
   for (int p : background)
-    if (segmentation.label[p] == summary.support) support.push_back(p);
+    if (summary.support == segmentation.label[p]) support.push_back(p);
   const GaussianCloud support_cloud = cloud.select(support);
   const std::vector<Vec3f> object_points = positions(cloud, members);
   result.contact = contact_region(object_points, support_cloud.position, options.up);
   const bool sure =
       options.supports ? result.contact.found : stands_on(result.contact, object_points, support_cloud.position);
   if (!named && !sure) {
-    summary.support = 0;
+    summary.support.reset();
     result.contact = contact_region(object_points, {}, options.up);
   }
   if (result.contact.found) {
-    settle_contact(cloud, segmentation, summary.support, named, link, result.contact, place, rule, summary);
+    settle_contact(cloud, segmentation, *summary.support, named, link, result.contact, place, rule, summary);
     result.contact =
         contact_region(cloud.select(indices_of(place, Place::kObject)).position, support_cloud.position, options.up);
   }

@@ -13,8 +13,8 @@ namespace pliant {
 
 /// Rules that cut one object out of a labelled scene.
 struct ExtractOptions {
-  uint32_t object = 0;   ///< id to cut out
-  uint32_t support = 0;  ///< id it stands on; 0 or `object` = sought around its lower end, see `supports`
+  uint32_t object = 0;              ///< id to cut out
+  std::optional<uint32_t> support;  ///< id it stands on; none or `object` = sought around its lower end, see `supports`
   /// Ids that are supports, among which it is sought; nullopt = any other id, if the object stands on its plane.
   std::optional<std::vector<uint32_t>> supports;
   Vec3f up = Vec3f::UnitZ();
@@ -57,7 +57,7 @@ struct ExtractSummary {
   size_t hull = 0;                ///< background inside the object's convex hull: given to it
   /// Opacity of the Gaussians that a rule moved, by ExtractRule, as a share of that of all candidates.
   std::array<double, kExtractRules> opacity_share = {};
-  uint32_t support = 0;                     ///< id of the support, 0 = none found
+  std::optional<uint32_t> support;          ///< id of the support; none = not found
   size_t moved_by(ExtractRule rule) const;  ///< the count above that is this rule's; 0 for kNone
   std::string describe() const;             ///< one sentence
 };

@@ -19,15 +19,16 @@ float contact_tolerance(const ContactRegion& contact) { return std::max(2 * cont
 
 }  // namespace
 
-uint32_t find_support(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation,
-                      const std::vector<int>& object, std::vector<int> background) {
+std::optional<uint32_t> find_support(const ExtractOptions& options, const GaussianCloud& cloud,
+                                     const Segmentation& segmentation, const std::vector<int>& object,
+                                     std::vector<int> background) {
   const Vec3f& up = options.up;
   std::erase_if(background, [&](int p) {
     const uint32_t id = segmentation.label[p];
     return id == options.object || (options.supports && std::find(options.supports->begin(), options.supports->end(),
                                                                   id) == options.supports->end());
   });
-  if (background.empty() || object.empty()) return 0;
+  if (background.empty() || object.empty()) return std::nullopt;
   std::vector<int> lowest = object;
   std::sort(lowest.begin(), lowest.end(), [&](int a, int b) {
     const float ha = up.dot(cloud.position[a]), hb = up.dot(cloud.position[b]);
@@ -40,7 +41,8 @@ uint32_t find_support(const ExtractOptions& options, const GaussianCloud& cloud,
     if (n >= 0) ++count[segmentation.label[background[n]]];
   const auto best =
       std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  return best == count.end() ? 0 : best->first;
+  if (best == count.end()) return std::nullopt;
+  return best->first;
 }
 
 bool stands_on(const ContactRegion& contact, std::span<const Vec3f> object, std::span<const Vec3f> support) {

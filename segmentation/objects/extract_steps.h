@@ -31,9 +31,10 @@ void mark_floaters(const GaussianCloud& cloud, const std::vector<int>& members, 
                    std::vector<uint8_t>& floater);
 
 /// The commonest id, other than the object's and of `options.supports` if given, among the Gaussians nearest to the
-/// object's lowest twentieth; 0 = none.
-uint32_t find_support(const ExtractOptions& options, const GaussianCloud& cloud, const Segmentation& segmentation,
-                      const std::vector<int>& object, std::vector<int> background);
+/// object's lowest twentieth.
+std::optional<uint32_t> find_support(const ExtractOptions& options, const GaussianCloud& cloud,
+                                     const Segmentation& segmentation, const std::vector<int>& object,
+                                     std::vector<int> background);
 
 /// Whether the object stands on the plane of the contact: it does not pass through the object, and it goes on beyond
 /// the object's lowest part.

@@ -19,7 +19,7 @@ ImageF extract_sheet(const ExtractResult& result, const GaussianCloud& cloud, co
     if (kind[p] >= 0) ++kinds[kind[p]].count;
   }
   const ExtractSummary& s = result.summary;
-  const std::string contact = s.support == 0         ? "no support"
+  const std::string contact = !s.support             ? "no support"
                               : result.contact.found ? "contact with the support found"
                                                      : "no plane under the object";
   return sides_sheet(cloud, sheet_sides(cloud.select(result.object), up), kind, kinds,

@@ -156,7 +156,7 @@ int main(int argc, char** argv) {
   json["extract"] = {{"seconds", now() - start},
                      {"object", parts.object.size()},
                      {"summary", parts.summary.describe()},
-                     {"support", study.masks.name_of(parts.summary.support)},
+                     {"support", parts.summary.support ? study.masks.name_of(*parts.summary.support) : ""},
                      {"contact", parts.contact.found},
                      {"touching", parts.contact.touching},
                      {"band", {parts.contact.band_low, parts.contact.band_high}},

@@ -6,14 +6,14 @@ function pointsIn(mark, view) {
   const words = mark.text.split(',');
   if (mark.kind === 'stroke') words.shift();
   if (Number(words.shift()) !== view.camera) return [];
-  const out = [];
-  for (let k = 0; k + 1 < words.length; k += 2) out.push([words[k] / view.scale, words[k + 1] / view.scale]);
+  const out = [], [across, down] = view.scale;
+  for (let k = 0; k + 1 < words.length; k += 2) out.push([words[k] / across, words[k + 1] / down]);
   return out;
 }
 
 function textOf([x, y]) {
-  const view = data.views[at];
-  return `${(x * view.scale).toFixed(1)},${(y * view.scale).toFixed(1)}`;
+  const [across, down] = data.views[at].scale;
+  return `${(x * across).toFixed(1)},${(y * down).toFixed(1)}`;
 }
 
 /** Marks in the order in which they were made. */

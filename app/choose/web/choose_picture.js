@@ -48,7 +48,7 @@ const viewOf = (camera) => data.views.find((view) => view.camera === camera);
 
 function drawLine(points, added) {
   context.strokeStyle = context.fillStyle = added ? '#35d07f' : '#ff5c5c';
-  context.lineWidth = 8 / data.views[at].scale;
+  context.lineWidth = 8 / data.views[at].scale[0];
   context.lineCap = context.lineJoin = 'round';
   context.beginPath();
   points.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));

@@ -77,6 +77,8 @@ DemoObject make_hat(uint64_t seed) {
           b.paint(Paint::Kind::kKnit, k % 2 ? wool : Vec3d(0.88 * wool), trim, 0.0072));
   }
   b.object.pins = {Region::sphere({0, 0, level}, head + 0.006)};
+  // The brim surrounds its pin and the crown, so that a jolt pushes the front of it alone.
+  b.object.jolted = Region::cylinder({0, -(head + 0.013), level}, {0, -(root + length + 0.010), level}, 0.130);
   b.object.tip = Vec3d(0, -(root + 0.80 * length), level - 0.8 * length * fall);
   b.object.tip_radius = 0.024;
   b.object.push = Vec3d(0.25, 0.0, -0.97).normalized();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ struct DemoObject {
   double tip_radius = 0;                ///< of what is pushed
   Vec3d push = Vec3d::UnitX();          ///< unit; pushes and winds go this way
   Vec3d pull = Vec3d::UnitX();          ///< unit; the way that a hand pulls
+  std::optional<Region> jolted = {};    ///< what a jolt pushes, of the shapes of pins; none: the box around what moves,
+                                        ///< which holds what is pinned in its middle, too
   double height = 0, reach = 0;         ///< top, and largest distance from the axis; see measure()
   double view = 1;                      ///< how far cameras are, over the usual distance
 

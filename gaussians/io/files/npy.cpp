@@ -169,6 +169,7 @@ NpyArray read_npy_array(std::string_view bytes, const std::string& where) {
     array.shape.push_back(length);
     count *= length;
   }
+  if (count > data.size() / column.size) throw too_short(where, data.size(), count);  // the one value without sides
   if (header.value("fortran_order", false) && array.shape.size() > 1)
     throw input_error(where, "fortran_order", "is True", "save numpy.ascontiguousarray of the array");
   array.values.reserve(count);

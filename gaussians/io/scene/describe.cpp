@@ -167,6 +167,8 @@ json describe(const fs::path& path, std::optional<int> level) {
     out["metres_per_unit"] = scene.metres_per_unit;
     out["settings"] = describe_settings(scene.settings);
     out["warnings"] = scene.warnings;
+    if (scene.scale_is_assumed)
+      out["warnings"].push_back("the scale of the scene is unknown: one unit is assumed to be one meter");
   } else if (const std::string extension = path.extension(); extension == ".ksplat" || extension == ".json") {
     if (extension == ".json") read_cameras(path);
     read_splats(path);

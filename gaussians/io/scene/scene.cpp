@@ -64,16 +64,6 @@ Error without_splats(const fs::path& folder) {
   return input_error(folder.string(), "", "contains several splat files: " + names, "give one of them");
 }
 
-/// Cameras beside the splats, or in the 3DGS model folder that they lie in; where there are none beside a link, those
-/// of the file that it leads to.
-fs::path cameras_of_splats(const fs::path& splats) {
-  const fs::path beside = cameras_in(splats.parent_path());
-  if (!beside.empty()) return beside;
-  const fs::path folder = tidy_path(fs::absolute(splats)).parent_path();
-  if (folder.filename().string().starts_with("iteration_")) return cameras_in(folder.parent_path().parent_path());
-  return fs::is_symlink(splats) && fs::exists(splats) ? cameras_of_splats(fs::canonical(splats)) : fs::path();
-}
-
 /// Fills in where splats and cameras are.
 SceneFile locate(const fs::path& source) {
   std::error_code ignored;
@@ -139,6 +129,14 @@ std::vector<fs::path> splat_files_in(const fs::path& folder) {
   return found;
 }
 
+fs::path cameras_of_splats(const fs::path& splats) {
+  const fs::path beside = cameras_in(splats.parent_path());
+  if (!beside.empty()) return beside;
+  const fs::path folder = tidy_path(fs::absolute(splats)).parent_path();
+  if (folder.filename().string().starts_with("iteration_")) return cameras_in(folder.parent_path().parent_path());
+  return fs::is_symlink(splats) && fs::exists(splats) ? cameras_of_splats(fs::canonical(splats)) : fs::path();
+}
+
 Scene load_scene(const fs::path& source, const LoadOptions& options) {
   Scene scene;
   scene.source = source;
@@ -179,8 +177,7 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
     throw usage_error("metres_per_unit", "", "is " + std::to_string(*metres), "give 1e-9 to 1e9");
   scene.metres_per_unit = metres.value_or(1.0);
   scene.object_height = options.object_height;
-  if (!metres && options.object_height == 0)
-    scene.warnings.push_back("the scale of the scene is unknown: one unit is assumed to be one meter");
+  scene.scale_is_assumed = !metres && options.object_height == 0;
   return scene;
 }
 

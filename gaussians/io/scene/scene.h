@@ -67,7 +67,8 @@ struct Scene {
   Eigen::Vector3d up = {0, 0, 1};  ///< unit
   std::string up_source;           ///< how `up` was found, a sentence
   double metres_per_unit = 1;
-  double object_height = 0;  ///< [m], 0 = not given; metres_per_unit follows from it once the object is known
+  double object_height = 0;       ///< [m], 0 = not given; metres_per_unit follows from it once the object is known
+  bool scale_is_assumed = false;  ///< neither was given: a unit is taken for a meter
   std::vector<std::string> warnings;
 };
 
@@ -76,6 +77,9 @@ struct Scene {
 std::filesystem::path splats_of_folder(const std::filesystem::path& folder);
 /// All splat files that lie in it themselves, by name; archives and point clouds do not count.
 std::vector<std::filesystem::path> splat_files_in(const std::filesystem::path& folder);
+/// Cameras beside the splats, or in the 3DGS model folder that they lie in; where there are none beside a link, those
+/// of the file that it leads to.  Empty when there are none.
+std::filesystem::path cameras_of_splats(const std::filesystem::path& splats);
 
 /// Loads splats of any format (splats.h), a 3DGS model folder, a folder with one splat file, or one with scene.json.
 /// Cameras: the scene file's, else those beside the splats or in the model folder (cameras.h), else an orbit of

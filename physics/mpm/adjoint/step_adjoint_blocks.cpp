@@ -200,7 +200,8 @@ std::vector<T> StepAdjoint<T>::gains(const TapeStep<T>& step, int b, const TapeP
     const AdjointRecord<T>& r = record_[slot_[step.index[s]]];
     Vec3<T> sum = Vec3<T>::Zero();
     if (r.bits != 0) {
-      const LoadedParticle<T> p = loaded_particle(solver_, r, particle->x, particle->v, particle->F);
+      LoadedParticle<T> p = loaded_particle(solver_, r, particle->x, particle->v, particle->F);
+      if (has_memory(solver_, r)) p.F = step.memory[r.side].F_total;
       for (const BodyLoad<T>& load : step.loads.body)
         if (r.bits & load.bit) sum += velocity_gain(load, step.dt, p);
     }
@@ -227,7 +228,9 @@ void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b, const Ta
     AdjointRecord<T>& r = record_[slot_[step.index[s]]];
     if (r.bits == 0) continue;
     const TapeParticle<T>& of = particle[s - step.begin[b]];
-    const LoadedParticle<T> p = loaded_particle(solver_, r, of.x, of.v, of.F);
+    LoadedParticle<T> p = loaded_particle(solver_, r, of.x, of.v, of.F);
+    const bool remembers = has_memory(solver_, r);
+    if (remembers) p.F = step.memory[r.side].F_total;
     const T* by = by_gains ? by_gains + 3 * (s - step.begin[b]) : r.v;
     const Vec3<T> by_gain(by[0], by[1], by[2]);
     LoadedParticleGradient<T> sum;
@@ -238,7 +241,10 @@ void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b, const Ta
       r.x[a] += sum.x[a];
       r.v[a] += sum.v[a];
     }
-    Eigen::Map<RowMajor<T>>(r.F) += sum.F;
+    if (remembers)
+      memory_[r.side].F_total += sum.F;
+    else
+      Eigen::Map<RowMajor<T>>(r.F) += sum.F;
     // The stiffness is the modulus times V / (m dx^2).
     const WaveModulus modulus(solver_.materials[r.material]);
     const T by_modulus = sum.stiffness * r.volume / r.mass * solver_.inverse_dx * solver_.inverse_dx;
@@ -369,6 +375,7 @@ StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
     body.angular += s.angular;
     body.centre += s.centre;
     body.wind += s.wind;
+    body.per_volume += s.per_volume;
     body.drag += s.drag;
   }
   return sum;

@@ -99,10 +99,10 @@ class Choice : public FitVideo {
         }
       if (best < 6) continue;
       const size_t width = view["width"];
-      const double scale = view["scale"];
+      const double across = view["scale"][0], down = view["scale"][1];
       place.camera = view["camera"];
-      place.click = std::to_string(place.camera) + "," + std::to_string(scale * (place.pixel % width + 0.5)) + "," +
-                    std::to_string(scale * (place.pixel / width + 0.5));
+      place.click = std::to_string(place.camera) + "," + std::to_string(across * (place.pixel % width + 0.5)) + "," +
+                    std::to_string(down * (place.pixel / width + 0.5));
       return place;
     }
     return {};

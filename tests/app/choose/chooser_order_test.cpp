@@ -151,8 +151,14 @@ TEST_F(Choice, ANameStaysWithTheSelectionUntilThereIsNone) {
   await("kept");
   EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
   EXPECT_EQ(await("busy"), "");
+  for (const char* refused : {"7", "a,b"}) {
+    client_->receive(json({{"name", {{"object", 0}, {"name", refused}}}}).dump());
+    EXPECT_NE(await("failed").get<std::string>().find("--name"), std::string::npos) << refused;
+    EXPECT_EQ(data()["things"][0]["name"], "Vase") << refused;
+  }
   select(1);
   EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
+  EXPECT_FALSE(fs::exists(*run_ / "objects.json.1")) << "the page's own selection is replaced";
   client_->receive(R"({"select": {}})");
   select(2);
   EXPECT_EQ(await("kept")["things"][0]["name"], "object");

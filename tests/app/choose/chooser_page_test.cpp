@@ -82,6 +82,24 @@ TEST_F(Choice, PickingAnObjectEndsTheMarksAndAnotherWithItsIdIsNotChosen) {
   EXPECT_EQ(value["name"], json({{"name", {{"object", value["first"]}, {"name", "Vase"}}}}));
 }
 
+TEST_F(Choice, MarksInTheLastRowOfAPictureAreInThePhoto) {
+  Scene scene = scene_;
+  scene.cameras = {scene_.cameras[0].resized(1000, 667)};  // shown with 800 x 534
+  const json shown = choose_data(*run_, scene, {})["views"][0];
+  EXPECT_EQ(shown["height"], 534);
+  EXPECT_DOUBLE_EQ(shown["width"].get<double>() * shown["scale"][0].get<double>(), 1000);
+  EXPECT_DOUBLE_EQ(shown["height"].get<double>() * shown["scale"][1].get<double>(), 667);
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  const json value = in_page("view.scale = " + shown["scale"].dump() + R"(;
+    const text = textOf([799.99, 533.99]);
+    return {text, back: pointsIn({kind: 'click', text: `${view.camera},${text}`}, view)[0]};
+  )",
+                             plant(), site_, folder);
+  EXPECT_EQ(value["text"], "1000.0,667.0");
+  EXPECT_NEAR(value["back"][0].get<double>(), 800, 1e-9);
+  EXPECT_NEAR(value["back"][1].get<double>(), 534, 1e-9);
+}
+
 TEST_F(Choice, LongLinesAreAnsweredAndALostConnectionIsSaid) {
   if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
   const json value = in_page(R"(

@@ -134,7 +134,7 @@ TEST_F(Choice, ThePageTakesWhatIsUnderThePointerAndSendsMarks) {
     document.querySelector('[data-tool=fg]').click();
     point('pointerdown');
     point('pointerup');
-    return {before, under, picked, chosen, sent, camera: view.camera, mark: at.map((x) => x * view.scale), scale: view.scale,
+    return {before, under, picked, chosen, sent, camera: view.camera, mark: at.map((x, axis) => x * view.scale[axis]), scale: view.scale[0],
       connected: socket.readyState === WebSocket.OPEN};
   })())",
                                        site_, folder);

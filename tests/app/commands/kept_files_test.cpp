@@ -188,8 +188,7 @@ TEST(ViewedScene, IsLoadedAsBeforeAndDividedAnewWhereItsSplatsHaveChanged) {
     order.resize(kept);
     write_ply(folder / "scene/splats.ply", made.cloud.select(order));
     view();
-    EXPECT_EQ(record()["stages"]["segment"]["inputs"]["splats splats.ply"],
-              sha256_of_file(folder / "scene/splats.ply"));
+    EXPECT_EQ(record()["stages"]["segment"]["inputs"]["splats"], sha256_of_file(folder / "scene/splats.ply"));
     EXPECT_EQ(read_segmentation(folder / "run/segmentation.h5").label.size(), kept);
     EXPECT_EQ(record()["scene"], before["scene"]);
   }

@@ -165,6 +165,8 @@ class OptionEffects : public FitVideo {
   }
 
   /// Tries every option beside `base`: those of `refused` are refused, all others change the key, but for kNoResult.
+  /// An option that is recorded changes the key whether or not it has an effect: only that it reaches the record is
+  /// seen here, and that it has none must be said by `refused`.
   template <class Stage>
   void try_all(const Words& base, const std::set<std::string>& refused) {
     Stage stage;
@@ -231,7 +233,7 @@ TEST_F(OptionEffects, OfSegment) {
   try_all<SegmentStage>({"--box", v("box")}, with(with(by_gesture, learnt), {"stroke-width"}));
   Names by_segmenter = by_gesture;
   by_segmenter.erase("trust-torchscript");
-  by_segmenter.insert({"grow", "aabb", "sphere"});
+  by_segmenter.insert({"grow", "aabb", "sphere", "stroke-width"});
   try_all<SegmentStage>({"--click", v("click"), "--segmenter", v("segmenter")}, by_segmenter);
   Names by_shape = with(with(networks, with(with(masks, learnt), others)), {"stroke-width", "grow", "aabb"});
   try_all<SegmentStage>({"--sphere", v("sphere")}, by_shape);
@@ -244,7 +246,7 @@ TEST_F(OptionEffects, OfSegment) {
   const Names everything = with(not_labelled, {"text", "detector", "tagger", "vocabulary"});
   try_all<SegmentStage>({"--everything"}, with(everything, {"tracker", "trust-torchscript"}));
   try_all<SegmentStage>({"--everything", "--track"}, with(everything, {"associate", "trust-torchscript"}));
-  try_all<SegmentStage>({"--detector", v("detector")}, with(not_labelled, {"everything", "tracker"}));
+  try_all<SegmentStage>({"--detector", v("detector")}, with(not_labelled, {"everything", "tracker", "mask-zero"}));
 }
 
 TEST_F(OptionEffects, OfPredict) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "app/commands/stage_options.h"
@@ -148,7 +150,56 @@ TEST(Options, AnEarlierSpellingIsRefusedWithTheNewOne) {
   refused({"segment", "scene", "--max-gaussians", "1k"}, "--reconstruct.max-gaussians");
 }
 
+TEST(Options, AMisspeltCommandIsNamedWithTheNearestOne) {
+  const auto said = [](std::vector<std::string> words) {
+    const Printed printed = print(std::move(words));
+    EXPECT_EQ(printed.code, 2);
+    return printed.error.substr(0, printed.error.find('\n'));
+  };
+  EXPECT_EQ(said({"rum", "scene.ply", "--fps", "12"}), "pliant: 'rum' is not a command; did you mean 'run'?");
+  EXPECT_EQ(said({"evaluate", "imges", "a", "b"}),
+            "pliant: 'imges' is not a command of evaluate; did you mean 'images'?");
+  EXPECT_EQ(said({"evaluate"}), "pliant: A subcommand is required");
+}
+
+TEST(Options, HelpShowsWhatStandsForEveryValue) {
+  CLI::App app;
+  Program program;
+  add_commands(app, program);
+  int count = 0;
+  const std::function<void(const CLI::App&)> walk = [&](const CLI::App& command) {
+    for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; })) walk(*sub);
+    for (const CLI::Option* option : command.get_options()) {
+      if (option->get_lnames().empty() || option->get_items_expected_max() == 0) continue;
+      ++count;
+      EXPECT_NE(option->get_option_text(), "") << command.get_name() << " " << option->get_name();
+    }
+  };
+  walk(app);
+  EXPECT_GT(count, 200);
+  const std::string edit = print({"segment", "edit", "--help"}).out;
+  for (const char* option : {"--merge ID,ID,...", "--split ID", "--drop ID", "--name ID=NAME"})
+    EXPECT_NE(edit.find(std::string("  ") + option + " "), std::string::npos) << edit;
+}
+
+TEST(Options, ARepeatedOneTakesOneWordAtATime) {
+  CLI::App app;
+  Program program;
+  SegmentStage stage;
+  std::string scene;
+  app.add_option("SCENE", scene);
+  add_options(app, program, options_of(stage));
+  std::vector<std::string> words = {"--click", "a,1,2", "--click", "a,3,4", "scene.ply"};
+  std::reverse(words.begin(), words.end());
+  app.parse(words);
+  EXPECT_EQ(scene, "scene.ply");
+  EXPECT_EQ(stage.clicks, (std::vector<std::string>{"a,1,2", "a,3,4"}));
+}
+
 TEST(Options, ValuesOutsideOfTheirRangeAreUsageErrors) {
+  CLI::App app;
+  Program program;
+  add_commands(app, program);
   for (const OptionTable& table : all_tables())
     for (const Option& option : table.options) {
       const bool number = std::holds_alternative<int*>(option.field) || std::holds_alternative<double*>(option.field) ||
@@ -164,6 +215,16 @@ TEST(Options, ValuesOutsideOfTheirRangeAreUsageErrors) {
         const Printed printed = print({table.stage, "dir", name + "=" + value});
         EXPECT_EQ(printed.code, 2) << name << " " << value;
         EXPECT_NE(printed.error.find(option.name), std::string::npos) << printed.error;
+      }
+      // Where several stages meet, the whole name is said.
+      for (const char* command : {"run", "segment"}) {
+        const CLI::Option* added =
+            app.get_subcommand(command)->get_option_no_throw("--" + table.stage + "." + option.name);
+        if (!added || bad.empty()) continue;
+        const std::string name = "--" + added->get_lnames().front();
+        const Printed printed = print({command, "scene", name + "=" + bad.front()});
+        EXPECT_EQ(printed.code, 2) << name;
+        EXPECT_NE(printed.error.find(name + ": "), std::string::npos) << name << ": " << printed.error;
       }
     }
   const auto refused = [](const std::vector<std::string>& words, const std::string& option, const std::string& value) {
@@ -232,10 +293,17 @@ TEST(Options, WhatWouldBeIgnoredIsRefused) {
   for (const std::string option : {"--depth", "--antialiased", "--background=1,1,1", "--up=0,0,1"})
     refused({"render", run, option}, option.substr(0, option.find('=')));
   refused({"render", run, "--out", out}, "--out");
+  for (const std::string option : {"--html-size=100", "--page.html-license=CC0"})
+    refused({"run", scene, "--out", out, "--no-html", option}, option.substr(0, option.find('=')));
+  refused({"run", scene, "--out", out, "--repair.trust-torchscript"}, "--repair.trust-torchscript");
+  refused({"repair", run, "--trust-torchscript"}, "--trust-torchscript");
+  EXPECT_EQ(print({"run", scene, "--out", out, "--repair.inpainter", folder / "absent.onnx"}).code, 2);
+  EXPECT_NE(print({"run", scene, "--out", out, "--repair.inpainter", config}).code, 0) << "is no network";
   refused({"evaluate", "suite", "--out", out, "--threads", "2"}, "--threads");
   refused({"evaluate", "suite", "--out", out, "--seed", "2"}, "--seed");
   refused({"render", scene, "--out", out, "--no-orbit"}, "--no-orbit");
   refused({"render", scene, "--out", out, "--turntable"}, "--turntable");
+  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 TEST(ConfigFile, GivesWayToTheCommandLineByAnyNameOfAnOption) {

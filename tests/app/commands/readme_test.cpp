@@ -23,8 +23,8 @@ namespace pliant {
 namespace {
 
 const std::vector<std::string> kReadmes = {
-    "README.md",         "app/README.md",          "fitting/README.md",      "gaussians/README.md",
-    "physics/README.md", "segmentation/README.md", ".github/CONTRIBUTING.md"};
+    "README.md",           "app/README.md",     "fitting/README.md",      "fitting/distribution/README.md",
+    "gaussians/README.md", "physics/README.md", "segmentation/README.md", ".github/CONTRIBUTING.md"};
 
 std::string readme(const std::string& name) { return read_text(fs::path(PLIANT_SOURCE_DIR) / name); }
 
@@ -149,6 +149,56 @@ TEST(Readme, CommandLinesAreTakenByTheParser) {
     }
   fs::current_path(before);
   EXPECT_GT(count, 30u);
+}
+
+// Without -G Ninja, CMake writes Makefiles.
+TEST(Readme, BuildsThatNinjaIsToFinishAreConfiguredForIt) {
+  int count = 0;
+  for (const std::string& name : kReadmes) {
+    std::istringstream lines(readme(name));
+    for (std::string line; std::getline(lines, line);) {
+      if (line.find("cmake -S") == std::string::npos || line.find("ninja ") == std::string::npos) continue;
+      ++count;
+      EXPECT_NE(line.find(" -G Ninja "), std::string::npos) << name << ": " << line;
+    }
+  }
+  EXPECT_GT(count, 0);
+}
+
+// Those of a folder that is left out would be ignored.
+TEST(Readme, WhatIsTurnedOnInABuildIsDeclaredForAllFolders) {
+  const std::string root = readme("CMakeLists.txt");
+  const std::regex on("(PLIANT_[A-Z]+)=ON");
+  std::set<std::string> options;
+  for (const std::string& name : kReadmes) {
+    const std::string text = readme(name);
+    for (std::sregex_iterator at(text.begin(), text.end(), on), end; at != end; ++at) options.insert((*at)[1]);
+  }
+  EXPECT_GE(options.size(), 2u);
+  for (const std::string& option : options)
+    EXPECT_NE(root.find("\noption(" + option + " "), std::string::npos) << option;
+}
+
+// CPack finds the libraries that a package needs with dpkg-shlibdeps of dpkg-dev, and what it looks at with file.
+TEST(Readme, WhatAPackageIsMadeWithIsInstalledBefore) {
+  const std::string text = readme("README.md");
+  const size_t cpack = text.find("cpack --config"), line = text.rfind('\n', cpack);
+  ASSERT_NE(cpack, std::string::npos);
+  EXPECT_NE(text.substr(line, cpack - line).find("app/setup --install file dpkg-dev"), std::string::npos);
+}
+
+TEST(Readme, TheFirstTableOfARoomNamesItsFolders) {
+  for (const std::string room : {"app", "fitting", "gaussians", "physics", "segmentation"}) {
+    const std::string text = readme(room + "/README.md");
+    const size_t begin = text.find("| folder |");
+    ASSERT_NE(begin, std::string::npos) << room;
+    const std::string table = text.substr(begin, text.find("\n\n", begin) - begin);
+    for (const auto& entry : fs::directory_iterator(fs::path(PLIANT_SOURCE_DIR) / room)) {
+      const std::string folder = entry.path().filename();
+      if (!fs::exists(entry.path() / "CMakeLists.txt")) continue;
+      EXPECT_NE(table.find("`" + folder + "`"), std::string::npos) << room << "/" << folder;
+    }
+  }
 }
 
 TEST(Readme, OptionsThatAreNamedExist) {

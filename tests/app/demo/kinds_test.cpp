@@ -88,6 +88,34 @@ TEST(DemoKinds, EachIsOnePieceThatItsPinsHoldAndEveryPartHasVolume) {
   }
 }
 
+TEST(DemoKinds, AJoltPushesWhatMovesAndAtTheHatNothingThatStandsStill) {
+  for (const DemoKind& kind : described_kinds()) {
+    const Stage stage(kind.make(1), 1);
+    const ReferenceBody body = reference_body(stage, sample_object(stage.object(), 8000, 1));
+    const Region region = jolted_region(stage, body);
+    const std::vector<Region> pins = stage.pins();
+    double moving = 0, pinned = 0, all = 0;
+    for (size_t i = 0; i < body.particles.size(); ++i) {
+      const Vec3d x = body.particles.position[i].cast<double>();
+      const double mass = body.particles.mass[i];
+      all += mass;
+      if (!region.contains(x)) continue;
+      (std::any_of(pins.begin(), pins.end(), [&](const Region& r) { return r.contains(x); }) ? pinned : moving) += mass;
+    }
+    // A little of the ends of a cord, of about a twentieth of its mass.
+    EXPECT_LT(pinned, 0.08 * moving) << kind.name;
+    EXPECT_GT(moving, 0.1 * all) << kind.name;
+    EXPECT_TRUE(region.contains(stage.tip())) << kind.name;
+    if (!stage.object().jolted) continue;
+    EXPECT_EQ(pinned, 0) << kind.name;
+    for (const StagePart& part : stage.parts()) {
+      if (part.id != kObjectId || part.moves) continue;
+      for (const SurfacePoint& p : part.shape->cover(0.006, 1))
+        ASSERT_FALSE(region.contains(part.world_from_local * p.position)) << kind.name;
+    }
+  }
+}
+
 TEST(DemoKinds, StandOnTheTableWithinTheViewAndApartFromOtherThings) {
   for (const DemoKind& kind : demo_kinds())
     for (uint64_t seed = 1; seed <= 3; ++seed) {

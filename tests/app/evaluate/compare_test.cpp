@@ -228,6 +228,18 @@ TEST_F(Compare, TheCommandWritesJsonCsvAndMarkdown) {
   EXPECT_NE(read_text(folder_ / "out/compare.md").find("ours minus each other method"), std::string::npos);
 }
 
+TEST_F(Compare, ItsOptionsMayStandBeforeTheMethods) {
+  std::vector<std::string> words = {"evaluate", "compare", "--out", (folder_ / "out").string(), "--metric", "psnr"};
+  for (const char* method : {"a", "b", "c"}) {
+    write(method, "scene", {{"psnr", 30}, {"ssim", 0.9}});
+    words.push_back(method + ("=" + (folder_ / method).string()));
+  }
+  ASSERT_EQ(run_quietly(words), 0);
+  const json means = read_json(folder_ / "out/compare.json")["means"];
+  ASSERT_EQ(means.size(), 3u);
+  for (const json& row : means) EXPECT_EQ(row["metric"], "psnr");
+}
+
 TEST_F(Compare, UselessInputIsRefused) {
   write("ours", "a", {{"psnr", 30}});
   write("list", "a", json::array());

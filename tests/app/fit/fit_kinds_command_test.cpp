@@ -385,6 +385,7 @@ cp frames.f32 gradient.f32; echo "{\"step\": $step, \"loss\": 1}"; step=$((step 
   const MaterialFile material = read_material(object / "material.h5");
   ASSERT_EQ(material.branch.size(), material.young.size());
   EXPECT_EQ(material.source, "physics3d, guided by 'copy'");
+  EXPECT_EQ(read_velocity(object / "velocity.h5").source, "at rest, guided by 'copy'");
   write_text(folder / "none.json", "[]");
   ASSERT_EQ(run_quietly({"simulate", run, "--duration", "0.1", "--interactions", (folder / "none.json").string()}), 0);
   const auto law = [&] {
@@ -423,6 +424,17 @@ echo "{\"step\": $step, \"loss\": 1}"; done)");
   std::string steps;
   for (int step = 0; step < 24; ++step) steps += step == 20 ? "20\n16\n17\n18\n19\n20\n" : std::to_string(step) + "\n";
   EXPECT_EQ(read_text(folder / "small/fit/guide/steps.txt"), steps);
+}
+
+TEST_F(FitVideo, WithoutLibtorchNetworksOfPlanesAreRefusedBeforeTheVideoIsOpened) {
+  if (has_triplane_fields()) GTEST_SKIP() << "built with libtorch";
+  write_text(folder / "broken.mp4", "no video");
+  for (const std::vector<std::string>& choice :
+       {std::vector<std::string>{"--field", "triplanes"}, {"--recipe", "dreamgaussian4d"}}) {
+    std::vector<std::string> more = {"--video", (folder / "broken.mp4").string(), "--video-camera", camera};
+    more.insert(more.end(), choice.begin(), choice.end());
+    expect_refused(more, {"pliant_triplanes.so", "libtorch"});
+  }
 }
 
 TEST_F(FitOfFewParticles, AMotionWithoutPhysicsLooksLikeTheVideoAndIsNotSimulated) {

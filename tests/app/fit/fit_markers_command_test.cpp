@@ -208,6 +208,16 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
     return read_text(folder / "run/fit/markers.png");
   };
   EXPECT_TRUE(chart(moved_before(0.1, table)) == chart(table));
+
+  // A release that is given too early, and out of reach from there, is doubted.
+  const auto undetermined = [&] {
+    return json::parse(read_text(folder / "run/fit/results.json"))["undetermined"].dump();
+  };
+  EXPECT_EQ(undetermined().find("--marker-release"), std::string::npos) << undetermined();
+  std::vector<std::string> early = fit;
+  early.insert(early.end(), {"--young", "120000", "--marker-release", "0.24", "--overwrite"});
+  ASSERT_EQ(run_quietly(early), 0);
+  EXPECT_NE(undetermined().find("of --marker-release, which may be wrong"), std::string::npos) << undetermined();
 }
 
 }  // namespace

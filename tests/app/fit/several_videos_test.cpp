@@ -90,6 +90,21 @@ TEST_F(SeveralVideos, WhatAMaskHidesInTheFirstFrameDoesNotCountInAnyScore) {
   EXPECT_NEAR(hidden.fitted.psnr, clean.fitted.psnr, 1e-9);
 }
 
+TEST_F(SeveralVideos, AFrameThatEqualsTheFirstCountsAsOneOfTheMostDecibels) {
+  FitScene scene = load_with(file.string());
+  scene.further.clear();
+  scene.video.frames[1] = scene.video.frames[0];
+  const auto still_from = [&](int first) {
+    const FittedMotion motion{first,
+                              std::vector<SimulationState>(frames.size() - first, initial_state(scene.body.particles))};
+    return compare_motion(scene, motion, scene.used - 1, "").fitted;
+  };
+  const MotionScores::Span with = still_from(1), without = still_from(2);
+  ASSERT_EQ(with.frames, without.frames + 1);
+  EXPECT_LT(without.still, kMostPsnr);
+  EXPECT_NEAR(with.still, (kMostPsnr + without.frames * without.still) / with.frames, 1e-9);
+}
+
 TEST_F(SeveralVideos, OneWithoutFramesInASpanDoesNotCountThere) {
   const size_t shorter = frames.size() - 8;
   FitScene scene = load_with(write("shorter.mp4", {frames.begin(), frames.begin() + shorter}));

@@ -3,6 +3,7 @@
 #include "app/fit/start_material.h"
 
 #include "tests/app/fit_of_few_particles.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -86,6 +87,26 @@ TEST_F(StartMaterialTest, ThePredictionIsThatOfTheRun) {
   const double factor = double(found.young[0]) / predicted.young[0];
   for (size_t s = 0; s < found.young.size(); ++s) ASSERT_NEAR(found.young[s] / predicted.young[s] / factor, 1, 1e-5);
   EXPECT_EQ(found.density, predicted.density);
+}
+
+TEST_F(StartMaterialTest, WithoutDensityAndPoissonsRatioAMotionWithoutPhysicsIsFittedAndOthersSayWhatHelps) {
+  const RunDirectory bare = RunDirectory::open(folder / "small");
+  Scene scene = load_run_scene(bare);
+  scene.settings.material = {};
+  FitStage stage;
+  stage.recipe = "dreamgaussian4d";
+  const ParticleFile particles = read_particles(object / "particles.h5");
+  EXPECT_FALSE(start_material(inputs_of(bare, scene, stage), particles).given);
+  stage.recipe = "search";
+  expect_error(
+      Failure::kUsage,
+      {"--poisson --density", "give --poisson NU --density RHO", "`pliant predict`", "--initial-material predicted"},
+      [&] { inputs_of(bare, scene, stage); });
+  // That does help.
+  ASSERT_EQ(run_quietly({"predict", (folder / "small").string(), "--label", "potted flower"}), 0);
+  stage.initial_material = "predicted";
+  const RunDirectory predicted = RunDirectory::open(folder / "small");
+  EXPECT_TRUE(start_material(inputs_of(predicted, scene, stage), particles).given);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "gaussians/base/error.h"
 
 namespace pliant {
@@ -110,6 +112,23 @@ TEST(Interactions, AnImpulseHasNoDuration) {
   EXPECT_EQ(error.failure, Failure::kUsage);
   EXPECT_EQ(error.field, "duration");
   EXPECT_NE(error.remedy.find("point_force"), std::string::npos);
+}
+
+TEST(Interactions, WhatDoesNothingInItsRowIsRefused) {
+  const Error drag = error_of(R"([{"type": "gust", "acceleration": [3, 0, 0], "drag": 2}])");
+  EXPECT_EQ(drag.failure, Failure::kUsage);
+  EXPECT_EQ(drag.field, "drag");
+  EXPECT_NE(drag.remedy.find("wind"), std::string::npos);
+  EXPECT_EQ(parse_interactions(R"([{"type": "gust", "wind": [3, 0, 0], "drag": 2}])", kHalfMetre, "x")[0].rate, 2);
+  const std::string wall = R"([{"type": "collider", "region": {"sphere": [2, 4, 6, 1]}, "friction": 0.8)";
+  for (const char* contact : {"sticky", "slip"}) {
+    const Error friction = error_of(wall + R"(, "contact": ")" + contact + R"("}])");
+    EXPECT_EQ(friction.failure, Failure::kUsage);
+    EXPECT_EQ(friction.field, "friction");
+    EXPECT_NE(friction.remedy.find("separating"), std::string::npos);
+  }
+  for (const char* contact : {"", R"(, "contact": "separating")"})
+    EXPECT_EQ(parse_interactions(wall + contact + "}]", kHalfMetre, "x")[0].friction, 0.8);
 }
 
 TEST(Interactions, AWeightHasKilogramsAndHangsAllTheTime) {

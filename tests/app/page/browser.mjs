@@ -6,15 +6,16 @@ import os from 'node:os';
 import path from 'node:path';
 
 /**
- * Opens a page from its file or its address (http://...); resolves when it is loaded.  {send(method, params): a command of the DevTools protocol,
- * evaluate(expression): its value, said: what the console said and what was thrown, ended: a promise, close()}.
+ * Opens a page from its file or its address (http://...); resolves when it is loaded.  {send(method, params): a command
+ * of the DevTools protocol, evaluate(expression): its value, said: what the console said and what was thrown, ended: a
+ * promise, close()}.
  */
 export async function openPage(chromium, page, {width = 480, height = 400} = {}) {
   const profile = fs.mkdtempSync(path.join(os.tmpdir(), 'pliant_browser_'));
   const browser = spawn(chromium, [
     '--headless=new', '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-first-run',
     '--remote-debugging-pipe', `--user-data-dir=${profile}`, `--window-size=${width},${height}`, 'about:blank',
-  ], {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
+  ], {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'], env: {...process.env, TMPDIR: profile}});
   const waiting = new Map(), said = [];
   let last = 0, rest = '';
   const command = (method, params = {}, sessionId = undefined) => new Promise((resolve, reject) => {

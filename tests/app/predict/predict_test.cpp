@@ -131,6 +131,8 @@ TEST_F(Predict, APartOfTheMaterialInTheSceneFileIsKept) {
   // So does any softness, and the usual one too.
   ASSERT_EQ(run_quietly({"predict", (folder_ / "run").string()}), 0);
   EXPECT_NEAR(summary("predict")["young"], 2e4, 1);
+  EXPECT_EQ(run_quietly({"predict", (folder_ / "run").string(), "--preview"}), 2) << "it has no band";
+  EXPECT_FALSE(fs::exists(folder_ / "run/softness"));
   ASSERT_EQ(run_quietly({"predict", (folder_ / "run").string(), "--softness", "0.5"}), 0);
   EXPECT_GT(std::abs(summary("predict")["young"].get<double>() / 2e4 - 1), 0.01);
 }
@@ -319,7 +321,13 @@ TEST_F(Predict, AdaptiveSamplingSeesThePredictionInOneCommand) {
 }
 
 TEST_F(Predict, ThePreviewShowsTheBandAndIsMadeOnce) {
-  ASSERT_EQ(run({"--label", "sunflower"}), 0);
+  // Its first answer is 3e6 Pa; each further one would be a hundredth of the one before.
+  json answer = json::parse(kGood);
+  MockServer server([&](int connection, const std::string&) {
+    reply(connection, envelope(answer.dump()));
+    for (auto& [end, young] : answer["E"].items()) young = young.get<double>() / 100;
+  });
+  ASSERT_EQ(run({"--label", "sunflower", "--predict.llm-url", server.url(), "--predict.llm-model", "mock"}), 0);
   const std::string directory = (folder_ / "run").string();
   const std::string before = read_text(folder_ / "run/objects/1_object/trajectory.h5");
   // A fit that is to replace another, and was interrupted, is no matter of the preview.
@@ -329,8 +337,11 @@ TEST_F(Predict, ThePreviewShowsTheBandAndIsMadeOnce) {
                             {"replaced", {{"record", fit}, {"moved", json::array()}, {"written", json::array()}}}};
   write_text(folder_ / "run/run.json", record.dump());
   ASSERT_TRUE(is_refit_unfinished(RunDirectory::open(folder_ / "run")));
-  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower", "--preview"}), 0);
+  ASSERT_EQ(run_quietly({"predict", directory, "--label", "sunflower", "--llm-url", server.url(), "--llm-model", "mock",
+                         "--preview"}),
+            0);
   ASSERT_TRUE(fs::exists(folder_ / "run/softness.mp4"));
+  EXPECT_EQ(server.requests, 1);
   std::vector<double> young;
   for (const char* part : {"0", "0.5", "1"})
     young.push_back(read_json(folder_ / "run/softness" / part / "run.json")["stages"]["predict"]["summary"]["young"]);

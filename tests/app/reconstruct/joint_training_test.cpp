@@ -85,6 +85,26 @@ TEST_F(Reconstruct, LabelsTrainedAlongWithTheSceneDivideItsGaussians) {
                          (folder / "none").string()}),
             2)
       << "no masks";
+  // The cameras of splats are found from their file and from its folder.
+  const fs::path file = scene.settings.splats;
+  for (const fs::path& splats : {file, file.parent_path()}) {
+    const fs::path out = folder / ("of_" + splats.filename().string());
+    ASSERT_EQ(run_quietly({"segment", splats.string(), "--joint", "--masks", (folder / "set/masks").string(),
+                           "--reconstruct.iterations", "20", "--reconstruct.sh-degree", "0", "--out", out.string()}),
+              0);
+    EXPECT_EQ(read_segmentation(out / "segmentation.h5").label.size(), scene.cloud.size());
+    EXPECT_EQ(load_scene(out / "scene").cameras.size(), scene.cameras.size());
+  }
+  // The splats' degree is kept, so that a lower one would do nothing.
+  const fs::path lit = folder / "run/scene/lit.ply";
+  write_ply(lit, with_sh_degree(scene.cloud, 1));
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"segment", lit.string(), "--joint", "--masks", (folder / "set/masks").string(),
+                         "--reconstruct.iterations", "5", "--reconstruct.sh-degree", "0", "--out",
+                         (folder / "lower").string()}),
+            2);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("below that of the splats, 1"), std::string::npos) << said;
   // What excludes joint training is said before it.
   for (const std::vector<std::string>& excluded :
        std::vector<std::vector<std::string>>{{"--click", "v12,40,30"}, {"--auto"}, {"--gaussian-grouping", "model"}}) {

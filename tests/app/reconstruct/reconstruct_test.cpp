@@ -8,6 +8,7 @@
 #include "app/reconstruct/photo_set.h"
 #include "app/reconstruct/reconstruct_stage.h"
 #include "app/reconstruct/training_masks.h"
+#include "app/store/training.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/files.h"
@@ -165,6 +166,22 @@ TEST_F(Reconstruct, TimeIsHonoured) {
   EXPECT_LE(wall, 3.5);  // and writing the results
 }
 
+TEST_F(Reconstruct, OfATimeLimitAResumedTrainingHasWhatWasLeftOfIt) {
+  const TemporaryFolder folder;
+  make_photos(folder / "set", 8);
+  const fs::path file = folder / "scene/checkpoint.h5";
+  ReconstructStage stage = short_stage();
+  stage.train.seconds = 30;
+  ASSERT_FALSE(train(folder / "set", folder / "scene", stage, 10));
+  TrainingCheckpoint checkpoint = read_training(file);
+  const int before = checkpoint.state.iteration;
+  // Less is left than reading the photos takes.
+  checkpoint.state.seconds = stage.train.seconds - 1e-3;
+  write_training(file, checkpoint);
+  ASSERT_TRUE(train(folder / "set", folder / "scene", stage, -1));
+  EXPECT_GT(read_json(folder / "scene/results.json")["iterations"].get<int>(), before);
+}
+
 TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   const TemporaryFolder folder;
   make_photos(folder / "set", 4);
@@ -183,6 +200,13 @@ TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   EXPECT_EQ(
       run_quietly({"run", (folder / "set").string(), "--out", (folder / "run").string(), "--aabb", "0,0,0,1,1,1"}), 1);
   EXPECT_EQ(run_quietly(command(folder / "absent", folder / "scene")), 1);
+  // Where there are no photos either, COLMAP is of no help.
+  fs::create_directories(folder / "empty");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly(command(folder / "empty", folder / "scene")), 1);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("neither photos nor cameras"), std::string::npos) << said;
+  EXPECT_EQ(said.find("colmap"), std::string::npos) << said;
 }
 
 TEST_F(Reconstruct, OfSeveralColmapModelsTheLargestIsTakenAndTheOthersAreNamed) {

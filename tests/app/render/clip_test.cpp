@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/simulate/clip_camera.h"
 #include "app/store/trajectory.h"
@@ -244,6 +245,37 @@ TEST(ScenePictures, WhatCannotBeWrittenIsAUsageError) {
     EXPECT_EQ(run_quietly(all), code) << out;
   }
   EXPECT_FALSE(fs::exists(folder / "narrow.mp4"));
+}
+
+TEST(ScenePictures, OfAnEarlierCallAreReplacedAndOtherFilesStay) {
+  const TemporaryFolder folder;
+  spot_scene(folder);
+  folder.file("images/mine.png", "");
+  const auto render = [&](const std::string& views, std::vector<std::string> more) {
+    std::vector<std::string> words = {"render",        (folder / "a.ply").string(),
+                                      "--out",         (folder / "images").string(),
+                                      "--cameras",     "orbit",
+                                      "--orbit-views", views,
+                                      "--size",        "32x24"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run_quietly(words), 0) << views;
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder / "images")) names.insert(entry.path().stem());
+    return names;
+  };
+  const std::set<std::string> others = {"mine", "pictures"};
+  std::set<std::string> first = others, second = others;
+  for (int k = 0; k < 5; ++k) {
+    first.insert({fmt::format("orbit_{:03}", k), fmt::format("orbit_{:03}_depth", k)});
+    if (k < 4) second.insert(fmt::format("orbit_{:03}", k));
+  }
+  EXPECT_EQ(render("5", {"--depth"}), first);
+  EXPECT_EQ(render("4", {}), second);
+  // A record leads nowhere else.
+  folder.file("outside.png", "");
+  folder.file("images/pictures.json", R"({"pictures": ["../outside.png", "/outside.png", 3, "orbit_002.png"]})");
+  EXPECT_EQ(render("4", {}), second);
+  EXPECT_TRUE(fs::exists(folder / "outside.png"));
 }
 
 TEST(SceneVideo, CamerasOfOtherSizesAreFittedIntoItsFrames) {

@@ -137,6 +137,31 @@ TEST(AttachScene, ASceneThatHasMovedIsTheSameAndAnotherIsNot) {
   EXPECT_NO_THROW(attach(run, folder / "model", options, true));
 }
 
+TEST(AttachScene, ASceneWhoseSingleFileIsRenamedIsTheSameAndItsStagesStay) {
+  const TemporaryFolder folder;
+  GaussianCloud cloud;
+  cloud.resize(20);
+  for (int i = 0; i < 20; ++i) cloud.position[i] = Vec3f(0.1f * i, 0, 0.1f * (i % 3));
+  write_ply(folder / "flower.ply", cloud);
+  const std::string hash = sha256_of_file(folder / "flower.ply");
+  LoadOptions options;
+  options.up = Eigen::Vector3d(0, 0, 1);
+  segmented_run(folder / "run", folder / "flower.ply", options);
+  fs::rename(folder / "flower.ply", folder / "rose.ply");
+  // Records of earlier versions hold the name.
+  nlohmann::json named = nlohmann::json::parse(read_text(folder / "run/run.json"));
+  EXPECT_EQ(named["stages"]["segment"]["inputs"], nlohmann::json({{"splats", hash}}));
+  named["stages"]["segment"]["inputs"] = {{"splats flower.ply", hash}};
+  folder.file("earlier/run.json", named.dump());
+  for (const char* name : {"run", "earlier"}) {
+    RunDirectory run = RunDirectory::open(folder / name);
+    StageKey key;
+    key.inputs = record_of({ScenePart::kSplats}, attach(run, folder / "rose.ply", options)).files;
+    EXPECT_EQ(recorded_place(run), fs::weakly_canonical(folder / "rose.ply")) << name;
+    EXPECT_EQ(run.manifest()["stages"]["segment"]["inputs"], record_of(key, 1)["inputs"]) << name;
+  }
+}
+
 TEST(AttachScene, ATrainedSceneInARunDirectoryMovesWithIt) {
   const TemporaryFolder folder;
   const fs::path before = folder / "a/run";

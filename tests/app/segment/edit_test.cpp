@@ -134,6 +134,37 @@ TEST(SegmentEdit, ARenamedSupportStaysWhatTheObjectStandsOn) {
   EXPECT_EQ(read_json(run / "run.json")["stages"]["extract"]["summary"]["contact"]["support"], "desk");
 }
 
+TEST(SegmentEdit, WhatTheSceneFileNamesIsInTheObjectThatItWasMergedInto) {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), out = (folder / "run").string();
+  ASSERT_EQ(run_quietly({"demo", "--out", scene, "--gaussians", "6000", "--photos", "8", "--width", "120", "--height",
+                         "90", "--no-video"}),
+            0);
+  const std::filesystem::path file = folder / "scene/scene.json";
+  for (const auto& [object, support] : {std::pair("flower", "table"), std::pair("1", "5")}) {
+    json settings = read_json(file);
+    settings.update({{"object", object}, {"support", support}});
+    write_text(file, settings.dump());
+    ASSERT_EQ(run_quietly({"segment", scene, "--out", out, "--iterations", "0", "--associate", "never", "--overwrite"}),
+              0);
+    const json before = read_json(folder / "run/objects.json");
+    ASSERT_EQ((*row(before, "flower"))["id"], 1);
+    ASSERT_EQ((*row(before, "table"))["id"], 5);
+    std::vector<std::string> others;
+    for (const json& other : before)
+      if (other["id"] != 1 && other["id"] != 5 && other["name"] != "unlabelled") others.push_back(other["id"].dump());
+    ASSERT_GE(others.size(), 2u);
+    ASSERT_EQ(run_quietly({"segment", "edit", out, "--name", "flower=tulip", "--merge", others[0] + ",tulip", "--merge",
+                           others[1] + ",table", "--name", others[1] + "=ground"}),
+              0);
+    const RunDirectory run = RunDirectory::open(out);
+    const json found = inputs_of(run, load_run_scene(run), ExtractStage()).found;
+    EXPECT_EQ(found["id"].dump(), others[0]) << object;
+    EXPECT_EQ(found["support"].dump(), others[1]) << support;
+    EXPECT_FALSE(found.contains("chosen")) << object;
+  }
+}
+
 TEST(SegmentEdit, PicturesOfHeldOutPhotosShowTheEditedObjects) {
   const TemporaryFolder folder;
   const std::string scene = (folder / "scene").string(), out = (folder / "run").string();

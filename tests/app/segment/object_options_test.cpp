@@ -129,6 +129,31 @@ TEST(ExtractOptions, WhatTheSceneFileNamesIsNotSoughtByNumberAmongOtherMasks) {
   EXPECT_FALSE(found.contains("chosen"));
 }
 
+TEST(ExtractOptions, IdsInTheSceneFileAreThoseOfItsMasksAsSegmentReadThem) {
+  const TemporaryFolder out;
+  write_made_scene(out / "scene", made_scene(two_balls()));
+  const auto segment = [&](const std::string& associate, const std::string& object, const std::string& support) {
+    json settings = json::parse(read_text(out / "scene/scene.json"));
+    settings.update({{"object", object}, {"support", support}});
+    write_text(out / "scene/scene.json", settings.dump());
+    EXPECT_EQ(run_quietly({"segment", (out / "scene").string(), "--out", (out / "run").string(), "--associate",
+                           associate, "--iterations", "0"}),
+              0);
+  };
+  const auto found = [&] {
+    const RunDirectory run = RunDirectory::open(out / "run");
+    return inputs_of(run, load_run_scene(run), ExtractStage()).found;
+  };
+  segment("gaga", "1", "2");  // it numbers its groups anew, from 1 on
+  EXPECT_TRUE(found().contains("chosen"));
+  EXPECT_FALSE(found().contains("support"));
+  segment("always", "300", "3");
+  write_text(out / "scene/masks/notes.txt", "came later");
+  EXPECT_EQ(found()["id"], 300);
+  EXPECT_EQ(found()["support"], 3);
+  EXPECT_FALSE(found().contains("chosen"));
+}
+
 TEST(ExtractOptions, TheBackgroundIsCutOnlyWhenItIsAskedFor) {
   const TemporaryFolder out;
   write_made_scene(out / "scene", made_scene(two_balls()), "", {300});

@@ -91,6 +91,18 @@ TEST_F(StaleInputs, ASupportThatIsNoObjectIsRefusedByExtract) {
   EXPECT_EQ(run_quietly(extract("apple")), 0);
 }
 
+TEST_F(StaleInputs, ASupportOfWhichThereAreSeveralIsRefusedByExtract) {
+  write_text(folder_ / "scene/labels.json", json({{"300", "thing"}, {kTable, "thing"}}).dump());
+  settings_["support"] = "thing";
+  write_settings();
+  EXPECT_EQ(run_quietly(segment()), 0);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_pliant(extract("300")), 2);
+  const std::string error = testing::internal::GetCapturedStderr();
+  for (const char* word : {"scene.json: support: thing", "several objects", "3, 300"})
+    EXPECT_NE(error.find(word), std::string::npos) << word << " in: " << error;
+}
+
 TEST_F(StaleInputs, AChangedUpIsSeenByExtract) {
   settings_["up"] = {0, 0.1, 1};
   write_settings();
@@ -109,6 +121,11 @@ TEST_F(StaleInputs, EditsByHandAreMovedAsideWhereObjectsAreFoundAgain) {
   EXPECT_TRUE(fs::exists(folder_ / "run/segmentation.h5.1"));
   EXPECT_NE(read_text(folder_ / "run/objects.json").find("globe"), std::string::npos);
   EXPECT_FALSE(json::parse(read_text(folder_ / "run/run.json")).contains("edits"));
+  // What nobody has edited is replaced.
+  write_text(folder_ / "scene/labels.json", R"({"300": "sphere"})");
+  EXPECT_EQ(run_quietly(segment()), 0);
+  EXPECT_NE(read_text(folder_ / "run/objects.json").find("sphere"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder_ / "run/objects.json.2"));
 }
 
 }  // namespace pliant

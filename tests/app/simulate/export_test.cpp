@@ -214,6 +214,24 @@ TEST_F(ExportTest, OutputOfPhysGaussianIsThatOfTheParticlesThatAreThere) {
   EXPECT_EQ(export_with(hash_of_input(particles)), 0);
 }
 
+// As they were left by versions that did not record it.
+TEST_F(ExportTest, TheMaterialOfARunThatDoesNotSayWhatWasSimulatedIsRefused) {
+  const fs::path file = folder / "run/run.json", material = folder / "material.ply";
+  json record = json::parse(read_text(file));
+  json& summary = record["stages"]["simulate"]["summary"];
+  const auto export_with = [&](const json& session) {
+    summary["session"] = session;
+    write_text(file, record.dump());
+    return run({"--material", material.string(), "--overwrite"});
+  };
+  ASSERT_FALSE(summary.contains("session"));
+  EXPECT_EQ(run({"--material", material.string()}), 2);
+  EXPECT_EQ(export_with({{"law", "metal"}}), 2);
+  EXPECT_FALSE(fs::exists(material));
+  EXPECT_EQ(export_with({{"uniform", {{"young", 1e5}, {"poisson", 0.3}, {"density", 500}}}}), 0);
+  EXPECT_TRUE(fs::exists(material));
+}
+
 TEST_F(ExportTest, AnotherSequenceOrOtherFilesAreNotMixedIn) {
   ASSERT_EQ(run({"--ply-sequence", out()}), 0);
   EXPECT_EQ(run({"--ply-sequence", out(), "--every", "2"}), 2);

@@ -38,17 +38,18 @@ if "killed" in words and not os.path.exists(here + "/killed"):
     sys.exit(137)
 match words[:2]:
     case ["demo", _]:
-        write(out + "/scene.json", {"video": {"file": "videos/poke.mp4"}})
-        for name in ("poke", "pull", "wind"):
+        write(out + "/scene.json", {"video": {"file": "videos/poke.mp4", "camera": "view_3"}})
+        for name in ("poke", "pull", "wind", "jolt"):
             write(f"{out}/truth/{name}/trajectory.h5", "")
-            write(f"{out}/truth/{name}/interactions.json", [])
+            write(f"{out}/truth/{name}/interactions.json", [{"type": "pin"}, {"type": "impulse", "start": 0.125}])
     case ["segment", _]: write(out + "/labels", "")
     case ["extract", run]: write(run + "/objects/1_rose/object.ply", "")
     case ["repair", run]: write(run + "/run.json", {"stages": {"repair": {"wall_s": 1234.25}}})
     case ["simulate", run]: write(run + "/objects/1_rose/trajectory.h5", "")
     case ["evaluate", "trajectory"]:
-        error = {"poke": 0.125, "pull": 0.25, "wind": 0.5}[words[3].split("/")[-2]]
-        write(out, {"relative_error": error, "frequency_error": None if "wind" in words[3] else error})
+        motion = words[3].split("/")[-2]
+        error = {"poke": 0.125, "pull": 0.25, "wind": 0.5, "jolt": 0.375}[motion]
+        write(out, {"relative_error": error, "frequency_error": None if motion in ("wind", "jolt") else error})
     case ["evaluate", "material"]: write(out, {"log10_young_error": 0.5})
     case ["evaluate", "segmentation"]: write(out, {"miou": 0.75, "boundary_miou": 0.625})
     case ["evaluate", "repair"]: write(out, {"psnr": 30.0, "psnr_opencv": 20.0})
@@ -120,6 +121,31 @@ TEST_F(Suite, EveryMethodIsScoredAndOneThatFailsKeepsItsRow) {
   for (const char* word : {"Pliant 9.9", "1 scenes", "a table", "| ours |  | 0 of 1 | 1234 |",
                            "| opencv |  | 0 of 1 | – |", "| theirs |  | 1 of 1 | "})
     EXPECT_NE(results.find(word), std::string::npos) << word;
+}
+
+TEST_F(Suite, FromTheVideoOfAJoltTheOtherMotionsAreUnseenAndKindsWithoutItAreLeftOut) {
+  settings["methods"] = {{"jolt",
+                          {{"ours", {{"commands", {{"fit", "--field", "smooth"}}}, {"simulate", json::array()}}},
+                           {"given", {{"commands", json::array()}, {"simulate", {"--damping-time", 1}}}}}}};
+  settings["scenes"]["flower/1"] = {{"kind", "flower"}, {"seed", 1}};
+  settings["lacking"] = {{"jolt", {"flower"}}};
+  EXPECT_TRUE(run()["failed"].empty());
+  for (const char* method : {"ours", "given"}) {
+    const json found = score(std::string("jolt/") + method + "/rose/1.json");
+    EXPECT_EQ(found["task"], "jolt");
+    EXPECT_EQ(found["video"]["relative_error"], 0.375) << method;
+    EXPECT_NEAR(found["unseen"]["relative_error"].get<double>(), (0.125 + 0.25 + 0.5) / 3, 1e-12) << method;
+  }
+  EXPECT_FALSE(fs::exists(folder / "suite/scores/jolt/ours/flower"));
+  const std::vector<std::string> made = calls();
+  EXPECT_TRUE(std::any_of(made.begin(), made.end(), [](const std::string& call) {
+    return call.starts_with("fit runs/rose/1/jolt-ours") &&
+           call.find("--field smooth --video scenes/rose/1/videos/jolt.mp4 --video-camera view_3 --start 0.125") !=
+               std::string::npos;
+  })) << json(made).dump(1);
+  const std::string results = read_text(folder / "suite/RESULTS.md");
+  for (const char* word : {"## Motion, from the video of a jolt", "| ours |  | 0 of 1 | "})
+    EXPECT_NE(results.find(word), std::string::npos) << results;
 }
 
 TEST_F(Suite, AKilledSuiteContinuesAndChangedSettingsRepeatOnlyWhatDependsOnThem) {
@@ -214,6 +240,10 @@ TEST(SuiteSettings, ScenesAreKindsTimesSeedsAndUnknownKindsAreRefused) {
   const json settings = suite_settings(stage, "pliant", {"rose", "cord"});
   EXPECT_EQ(settings["scenes"].size(), 4u);
   EXPECT_EQ(settings["scenes"]["cord/2"], json({{"kind", "cord"}, {"seed", 2}}));
+  EXPECT_TRUE(settings["methods"]["jolt"].contains("physdreamer"));
+  EXPECT_EQ(settings["lacking"]["jolt"], json({"potted-flower"}));
+  stage.quick = true;
+  EXPECT_FALSE(suite_settings(stage, "pliant", {"rose", "cord"})["methods"].contains("jolt"));
   stage.kinds = {"rosy"};
   expect_error(Failure::kUsage, {"--kind", "rosy", "rose"}, [&] { suite_settings(stage, "pliant", {"rose", "cord"}); });
 }

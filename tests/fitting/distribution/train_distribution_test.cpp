@@ -151,6 +151,13 @@ TEST_F(TrainDistribution, AStoppedOneContinuesToTheSameBits) {
   expect_error(Failure::kInput, {"state", "truncated"}, [&] { train_distribution(o, {}, checkpoint); });
 }
 
+TEST(TrainDistributionOptions, WithoutLibtorchTheyAreRefusedBeforeObjectsAreMade) {
+  if (can_train_networks()) GTEST_SKIP() << "built with libtorch";
+  TrainDistributionOptions o;
+  o.objects = 1'000'000;  // which would take hours
+  expect_error(Failure::kInput, {"pliant_distribution.so", "libtorch"}, [&] { train_distribution(o); });
+}
+
 TEST(TrainDistributionOptions, ImpossibleOnesAreRefused) {
   const auto refused = [](const char* field, const auto& change) {
     TrainDistributionOptions o;

@@ -7,6 +7,7 @@
 
 #include "gaussians/base/adam.h"
 #include "tests/check_adjoint.h"
+#include "tests/temporary_folder.h"
 
 namespace pliant {
 namespace {
@@ -183,6 +184,13 @@ TEST_F(TriplaneFieldTest, CanFollowASmoothField) {
     error += std::pow(truth(others[i]) - values[i], 2);
   }
   EXPECT_GT(1 - error / spread, 0.99);
+}
+
+TEST(TriplaneFields, AreThereWhereTheyAreRequiredOrThatIsSaid) {
+  if (has_triplane_fields())
+    EXPECT_NO_THROW(require_triplane_fields());
+  else
+    expect_error(Failure::kInput, {"pliant_triplanes.so", "libtorch"}, [] { require_triplane_fields(); });
 }
 
 TEST(TriplaneOptions, ImpossibleOnesAreRefusedBeforeAnythingIsLoaded) {

@@ -210,16 +210,24 @@ TEST(FitGradient, RatesRiseInTheWarmUpFallInALineAndDecayWeights) {
 }
 
 TEST(FitGradient, TheWindowGrowsFromSixFramesToAll) {
-  Problem problem(10);
+  Problem problem(12);
   const PartField field(problem.part, 1);
   GradientFitOptions options;
-  options.iterations = 5;
-  GradientFitState state;
-  state.now.material = {0, 0};
-  fit_gradient(options, problem.motion, problem.objective, {&field}, state);
-  EXPECT_EQ(state.rows.front().frames, 6);
-  EXPECT_EQ(state.rows.back().frames, 10);
-  for (size_t k = 1; k < state.rows.size(); ++k) EXPECT_GE(state.rows[k].frames, state.rows[k - 1].frames);
+  const std::vector<double> start = {0, 0};
+  for (const auto& [growth, iterations] : {std::pair{0.5, 5}, {1.0, 4}, {0.5, 1}, {1.0, 1}}) {
+    options.growth = growth;
+    options.iterations = iterations;
+    GradientFitState state;
+    state.now.material = start;
+    fit_gradient(options, problem.motion, problem.objective, {&field}, state);
+    EXPECT_EQ(state.rows.front().frames, iterations == 1 ? 12 : 6);
+    EXPECT_EQ(state.rows.back().frames, 12);
+    for (size_t k = 1; k < state.rows.size(); ++k) EXPECT_GE(state.rows[k].frames, state.rows[k - 1].frames);
+    // Steps of 0.01 towards ln(1 / 3) lower the loss of all frames, the last one too.
+    EXPECT_NE(state.best.material, start) << growth << ' ' << iterations;
+    const double loss = motion_loss(with_fields(problem.motion, {&field}, state.best), problem.objective);
+    EXPECT_NEAR(state.best_loss, loss, 1e-6 * loss);
+  }
 }
 
 TEST(FitGradient, OfNoisyLossesTheResultIsWhatTheLastStepLeadsTo) {

@@ -160,6 +160,27 @@ TEST(FitMarkers, MarkersThatAreNotOnTheBodyOrDoNotMoveAreRefused) {
   EXPECT_THROW(fit_markers(options(), bar(kYoung), let_go(), tracks), Error);
 }
 
+TEST(FitMarkers, AMarkerThatIsHiddenUntilTheReleaseIsSaidToBeAndIgnored) {
+  MarkerFitOptions o = options();
+  o.fit_young = o.fit_damping = o.fit_release = o.search = false;
+  o.release = kRelease;
+  o.damping_time = kDamping;
+  MarkerTracks tracks = recording(0);
+  const auto hide = [&](int marker) {
+    for (size_t t = 0; tracks.time[t] <= kRelease; ++t) tracks.weight[t][marker] = 0;
+  };
+  hide(0);
+  const MarkerFitResult fit = fit_markers(o, bar(kYoung), let_go(), tracks);
+  EXPECT_EQ(fit.markers, (std::vector<int>{1, 2}));
+  ASSERT_EQ(fit.warnings.size(), 2u);
+  EXPECT_NE(fit.warnings[0].find("'a' was not measured at rest"), std::string::npos) << fit.warnings[0];
+  EXPECT_NE(fit.warnings[1].find("'d' is "), std::string::npos) << fit.warnings[1];
+  EXPECT_NE(fit.warnings[1].find(" mm from the body"), std::string::npos) << fit.warnings[1];
+  for (const int marker : {1, 2, 3}) hide(marker);
+  expect_error(Failure::kInput, {"none was measured at rest", "--marker-rest", "--marker-release"},
+               [&] { fit_markers(o, bar(kYoung), let_go(), tracks); });
+}
+
 TEST(FitMarkers, AReleaseOutsideTheRecordingAndAWindowWithoutSamplesAreRefused) {
   const MarkerTracks tracks = recording(0);  // from 0 to 0.35 s
   const auto refused = [&](Failure failure, double rest, double release, double window,

@@ -145,6 +145,10 @@ TEST(FitPhysDreamer, TheReleasedCodeMovesEInStepsOfItsCubeHoweverLargeEIs) {
   EXPECT_GT(usual, 0);
   EXPECT_LT(usual, PhysDreamerCode::kYoungStep * 0.162 * 0.162);
   EXPECT_NEAR(change(2 * 0.162) / usual, 4, 0.5);
+  // The last iteration compares all frames, however many more than iterations there are.
+  const TrackLoss<float> longer = twin.film(twin.pins, twin.kicked(0.5), true, 12, 20);
+  options.gradient.iterations = 2;
+  EXPECT_EQ(fit_physdreamer(options, twin.particles, twin.pins, longer, twin.fps).iterations.back().frames, 12);
 }
 
 TEST(FitPhysDreamer, FirstFramesInWhichNothingWasFollowedAreRefused) {

@@ -25,10 +25,12 @@ TEST(BodyLoad, TheAdjointAgreesWithDifferences) {
   load.spring = 1.5;
   load.wind = Vec3d(4, 1, 0);
   load.pressure = 0.6;
+  load.per_volume = Vec3d(-2, 0.5, 1);
   LoadedParticle<double> p;
   p.reference = Vec3d(0.2, 0.1, 0.1);
   p.exposure = Vec3d(-2, 0.3, 0.4);
-  // x, v, F, mass, stiffness; acceleration, angular, centre, wind, drag.
+  p.volume = 0.7;
+  // x, v, F, mass, stiffness; acceleration, angular, centre, wind, force per volume, drag.
   std::vector<double> all = {0.3, -0.2, 0.5, 1, -0.5, 0.2, 1.1, 0.1, -0.2, 0.05, 0.9, 0.1, 0.2, -0.1, 1.05, 0.8, 2};
   const auto walk = [](auto& particle, auto& of_load, auto&& visit) {
     for (int a = 0; a < 3; ++a) visit(particle.x[a]);
@@ -36,11 +38,11 @@ TEST(BodyLoad, TheAdjointAgreesWithDifferences) {
     for (int k = 0; k < 9; ++k) visit(particle.F(k / 3, k % 3));
     visit(particle.mass);
     visit(particle.stiffness);
-    for (auto* v : {&of_load.acceleration, &of_load.angular, &of_load.centre, &of_load.wind})
+    for (auto* v : {&of_load.acceleration, &of_load.angular, &of_load.centre, &of_load.wind, &of_load.per_volume})
       for (int a = 0; a < 3; ++a) visit((*v)[a]);
     visit(of_load.drag);
   };
-  for (const auto* v : {&load.acceleration, &load.angular, &load.centre, &load.wind})
+  for (const auto* v : {&load.acceleration, &load.angular, &load.centre, &load.wind, &load.per_volume})
     all.insert(all.end(), v->data(), v->data() + 3);
   all.push_back(load.drag);
   const auto set = [&](const std::vector<double>& values) {

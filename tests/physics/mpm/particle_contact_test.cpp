@@ -7,6 +7,7 @@
 #include "physics/mpm/mpm.h"
 #include "tests/check_adjoint.h"
 #include "tests/physics/shapes.h"
+#include "tests/physics/simulate/recorded_motion.h"
 
 namespace pliant {
 namespace {
@@ -122,6 +123,38 @@ TEST(ContactList, FindsWhatAComparisonOfAllFinds) {
   EXPECT_FALSE(list.stale());
   list.travel(1.0, dt, 0.01);
   EXPECT_TRUE(list.stale());
+}
+
+// Two leaves a little more than four cells apart at rest, in blocks that have no node block in common, so that around
+// the node blocks of each there is nothing else.
+TEST(ContactList, FindsPartsThatDoNotHangTogetherAlsoWhereNoneIsAroundTheOther) {
+  constexpr double dx = 0.01, gap = 4.15 * dx;
+  BasicParticles<double> p = fixture::block<double>(Vec3d(0.5, 4, 4) * dx, dx, 0);
+  for (Vec3d& x : p.position) x += Vec3d(gap, 0.5 * dx, 0.5 * dx);  // at 4.4 cells along x, the other one at 8.55
+  const size_t one = fixture::append_copy(p, Vec3d(gap, 0, 0));
+  for (int i = 0; i < static_cast<int>(p.size()); ++i)
+    for (int k = 0; k < i; ++k)
+      if ((p.position[i] - p.position[k]).norm() < 0.8 * dx) p.links.push_back({k, i});
+  BasicSimulationState<double> state = initial_state(p);
+  for (size_t i = one; i < p.size(); ++i) state.x[i].x() -= gap - 0.3 * dx;  // laid on the first
+  Mpm<double> solver(p, dx, Vec3d::Zero(), {.lagrangian = true});
+  solver.load(state, Vec3d::Constant(-1), Vec3d::Constant(1));
+  const MpmData<double>& data = solver.data();
+  ASSERT_EQ(data.grid.particle_blocks(), 2);
+  std::vector<Vec3d> x(p.size());
+  for (size_t s = 0; s < p.size(); ++s) x[s] = state.x[data.record[s].index];
+  ContactList<double> list;
+  list.build(data, x);
+  const double reach = (ContactList<double>::kReach + ContactList<double>::kSlack) * dx;
+  const auto leaf_of = [&](size_t slot) { return static_cast<size_t>(data.record[slot].index) >= one; };
+  for (size_t s = 0; s < p.size(); ++s) {
+    ASSERT_EQ(data.grid.part_of(data.record[s].index), 0);
+    std::vector<int> near;
+    for (size_t t = 0; t < p.size(); ++t)
+      if (leaf_of(s) != leaf_of(t) && (x[s] - x[t]).norm() < reach) near.push_back(static_cast<int>(t));
+    EXPECT_GT(near.size(), 3u);
+    EXPECT_TRUE(std::ranges::equal(near, list.near(static_cast<int>(s)))) << s;
+  }
 }
 
 }  // namespace pliant

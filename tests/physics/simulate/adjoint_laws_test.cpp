@@ -95,6 +95,24 @@ TEST_P(AdjointLaws, RolloutWithSupportsWeightAndTorqueAgreesWithDifferences) {
   expect_gradient(c, GetParam(), GetParam() == Law::kSand || GetParam() == Law::kSnow ? 1e-5 : 1e-4);
 }
 
+// The wind presses on the surface as the whole deformation turns and stretches it.
+TEST(AdjointLawsInTheWind, RolloutAgreesWithDifferences) {
+  for (const Law law : {Law::kMetal, Law::kFluid, Law::kViscoelastic}) {
+    Case c = block_of(law);
+    Interaction wind;
+    wind.type = InteractionType::kWind;
+    wind.vector = {8, -3, 2};
+    wind.air_density = 10;  // of air itself, too little moves to see
+    c.interactions = {wind};
+    for (size_t i = 1; i < c.start.size(); ++i) {
+      Random random(8, i);
+      c.start.memory[i].F_total << 0.8, -0.7, 0.1, 0.6, 0.9, -0.1, 0, 0.1, 1.2;
+      for (int k = 0; k < 9; ++k) c.start.memory[i].F_total(k / 3, k % 3) += 0.03 * random.normal();
+    }
+    expect_gradient(c, law, 1e-5);
+  }
+}
+
 TEST_P(AdjointLaws, RolloutWithFlipAgreesWithDifferences) {
   Case c = block_of(GetParam());
   c.options.simulate.flip_time = 0.002;

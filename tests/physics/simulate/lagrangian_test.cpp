@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "gaussians/base/error.h"
 #include "physics/simulate/energy.h"
@@ -173,6 +174,9 @@ TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGri
   EXPECT_LT(aside[1], 0.06) << "its width shrinks, but it does not turn";
   EXPECT_LT(left[1], 1e-4) << "back where it was";
   EXPECT_GT(left[0], 0.2) << "the Eulerian grid tears it";
+  RecordProperty("stretched_to_lengths", std::to_string(reached[1]));
+  RecordProperty("left_of_length", std::to_string(left[1]));
+  RecordProperty("left_of_length_eulerian", std::to_string(left[0]));
 }
 
 // Two leaves, three tenths of a cell apart at rest, of which one is pulled away by three cells.
@@ -191,6 +195,7 @@ TEST(Lagrangian, PartsThatDoNotHangTogetherMoveApartHoweverNearTheyAre) {
   leaves.move_upper(3);
   EXPECT_LT(moved(0, one), 0.01);
   EXPECT_GT(moved(one, p.size()), 2.9);
+  RecordProperty("other_leaf_moved_cells", std::to_string(moved(0, one)));
 
   // And it moves as if the other one were not there but for the contact with it: what hangs together is as stiff as
   // without links.

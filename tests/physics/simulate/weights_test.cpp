@@ -56,10 +56,11 @@ struct Spring {
                      });
     return out;
   }
-  double fall_at_rest(const Interaction& load) {
+  double fall_at_rest(std::vector<Interaction> script) {
     options.duration = 0.5;
     options.damping_time = 0.03;
-    const double out = fall({pin, load}).back();
+    script.push_back(pin);
+    const double out = fall(script).back();
     options.damping_time = 0;
     return out;
   }
@@ -72,16 +73,28 @@ TEST_P(Weights, AtRestAWeightPullsWithItsMassTimesGravity) {
   Spring spring(GetParam());
   Interaction force = Spring::at_the_end(InteractionType::kPointForce);
   force.vector = Vec3d(0, 0, -kMass * kGravity);
-  const double pulled = spring.fall_at_rest(force), hung = spring.fall_at_rest(Spring::weight());
+  const double pulled = spring.fall_at_rest({force}), hung = spring.fall_at_rest({Spring::weight()});
   EXPECT_NEAR(hung / pulled, 1, 1e-3);
   // E A / L, to what the clamp and half of the layer that the weight hangs on leave open.
   EXPECT_NEAR(hung, kMass * kGravity * 0.045 / (2e4 * 4e-4), 0.1 * hung);
 }
 
+// What is heavy in its region, be it the body or another weight, does not draw the pull of a weight to itself.
+TEST_P(Weights, AtRestTheyPullWhereTheyHangWhateverElseIsHeavyThere) {
+  Spring spring(GetParam());
+  Interaction everywhere = Spring::weight();
+  everywhere.region = Region::all();
+  const double tip = spring.fall_at_rest({Spring::weight()}), all = spring.fall_at_rest({everywhere});
+  EXPECT_NEAR(spring.fall_at_rest({everywhere, Spring::weight()}) / (tip + all), 1, 1e-2);
+  for (size_t i = 0; i < spring.particles.size(); ++i)
+    if (spring.particles.position[i].z() < 0.03) spring.particles.mass[i] *= 20;
+  EXPECT_NEAR(spring.fall_at_rest({everywhere}) / all, 1, 1e-2);
+}
+
 // All of gravity acts when it is not that of the capture.
 TEST_P(Weights, AtRestTheyPullAlikeUnderAnyGravity) {
   Spring spring(GetParam());
-  const double hung = spring.fall_at_rest(Spring::weight());
+  const double hung = spring.fall_at_rest({Spring::weight()});
   Interaction gravity;
   gravity.type = InteractionType::kGravity;
   gravity.vector = 2 * spring.options.gravity;
@@ -95,7 +108,7 @@ TEST_P(Weights, AtRestTheyPullAlikeUnderAnyGravity) {
 // omega^2 = k / (m + M / 3), k = m g / fall; Rayleigh 1877.
 TEST_P(Weights, AMassOnASpringSwingsAtItsFrequency) {
   Spring spring(GetParam());
-  const double stiffness = kMass * kGravity / spring.fall_at_rest(Spring::weight()),
+  const double stiffness = kMass * kGravity / spring.fall_at_rest({Spring::weight()}),
                own = 50 * 0.02 * 0.02 * 0.05;  // kg, of the free part
   const double expected = std::sqrt(stiffness / (kMass + own / 3)) / (2 * kPi);
   spring.options.duration = 0.08;

@@ -81,6 +81,7 @@ TEST(Associate, ConsistentIdsComeBackAsTheyAre) {
   EXPECT_EQ(result.masks.names, masks.names);
   EXPECT_EQ(result.summary.groups, 4);
   EXPECT_EQ(result.summary.kept_ids, 4);
+  EXPECT_EQ(result.summary.reused_ids, 0);
   EXPECT_EQ(result.summary.merged + result.summary.split + result.summary.ignored, 0);
   EXPECT_GT(result.summary.consistency, 0.95);
 }
@@ -111,6 +112,7 @@ TEST(Associate, OnlyIdsThatAreKeptHaveNames) {
   const AssociateResult result = associate({}, scene.cloud, scene.cameras, masks);
   EXPECT_EQ(result.summary.groups, 4);
   EXPECT_EQ(result.summary.kept_ids, 1);
+  EXPECT_EQ(result.summary.reused_ids, 3);
   EXPECT_EQ(result.masks.ids(), (std::vector<uint32_t>{1, 2, 3, 4}));
   EXPECT_EQ(result.masks.names, (std::map<uint32_t, std::string>{{1, "table"}}));
   for (const auto& [group, name] : associate_by_centres({}, scene.cloud, scene.cameras, masks).masks.names)

@@ -104,6 +104,21 @@ TEST(MaskLayouts, IdMasksInFoldersLikeThoseOfThePhotosKeepTheirIds) {
   }
 }
 
+TEST(MaskLayouts, InOneFolderAnIdOf255IsOneOfSeveralAndWhiteWithASoftEdgeIsAnObject) {
+  const std::vector<Camera> cameras = cameras_in_folders({"cup", "cup"});
+  TemporaryFolder folder;
+  write_picture(folder / "ids/cup/1.png", 1, 2);
+  write_picture(folder / "ids/cup/2.png", 2, 255);
+  const MaskSet ids = load_masks(folder / "ids", "", cameras);
+  EXPECT_EQ(ids.ids(), (std::vector<uint32_t>{1, 2, 255}));
+  EXPECT_TRUE(ids.names.empty());
+  write_picture(folder / "white/cup/1.png", 255, 100);
+  write_picture(folder / "white/cup/2.png", 255, 255);
+  const MaskSet white = load_masks(folder / "white", "", cameras);
+  EXPECT_EQ(white.name_of(white.views.at(0).ids(0, 0)), "cup");
+  EXPECT_EQ(white.name_of(white.views.at(0).ids(5, 0)), "background");
+}
+
 TEST(MaskLayouts, FoldersTellPhotosOfOneStemApart) {
   TemporaryFolder folder;
   std::vector<Camera> cameras = cameras_in_folders({"train", "test"});

@@ -91,6 +91,7 @@ TEST(Edit, MergedObjectsAreOneWithTheFirstIdAndNameInLabelsAndPictures) {
   const EditOutcome outcome = f.edit(Kind::kMerge, "plum,70000,pear");
   EXPECT_EQ(f.segmentation.label, expected);
   EXPECT_EQ(outcome.ids, std::vector<uint32_t>{300});
+  EXPECT_EQ(outcome.merged, (std::vector<std::pair<uint32_t, std::string>>{{70000, "berry"}, {5, "pear"}}));
   EXPECT_EQ(f.segmentation.class_id, (std::vector<uint32_t>{3, 300}));
   EXPECT_EQ(f.segmentation.class_name, (std::vector<std::string>{"table", "plum"}));
   EXPECT_EQ(f.segmentation.class_cameras[1], std::vector<int>(cameras.begin(), cameras.end()));
@@ -272,8 +273,14 @@ TEST(Edit, MistakesNameTheNearestObjectAndChangeNothing) {
   expect_error(Failure::kUsage, {"--name", "101 bytes"}, [&] { f.edit(Kind::kName, "300=" + std::string(101, 'v')); });
   expect_error(Failure::kUsage, {"--name", "UTF-8"}, [&] { f.edit(Kind::kName, "300=caf\xe9"); });
   expect_error(Failure::kUsage, {"--name", "pear", "object 5"}, [&] { f.edit(Kind::kName, "300=pear"); });
+  // So it is for an edit that was not parsed.
+  for (const char* name : {"", "17", "a,b", "a\tb", "caf\xe9"})
+    expect_error(Failure::kUsage, {"--name", "300="}, [&] {
+      apply_edit({}, {Kind::kName, {"300"}, name}, f.scene.cloud, f.scene.cameras, f.segmentation);
+    });
   EXPECT_EQ(f.segmentation.label, fitted().segmentation.label);
   EXPECT_EQ(f.segmentation.class_id, fitted().segmentation.class_id);
+  EXPECT_EQ(f.segmentation.class_name, fitted().segmentation.class_name);
   f.edit(Kind::kName, "300=" + std::string(98, 'v') + "\xc3\xa9");
   f.edit(Kind::kName, "300=vase");
   f.edit(Kind::kName, "5=big red=vase");

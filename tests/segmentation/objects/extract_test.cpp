@@ -151,6 +151,28 @@ TEST(Extract, NothingStandsOnItself) {
   EXPECT_EQ(ball.summary.support, MadeScene::kTable);
 }
 
+// Gaussian Grouping trains ID 0 as an object, often the table.
+TEST(Extract, AnObjectWithIdZeroCarriesLikeAnyOther) {
+  const MadeScene scene = made_scene(two_balls(), 1);
+  std::vector<uint32_t> zero = scene.truth;
+  std::replace(zero.begin(), zero.end(), MadeScene::kTable, 0u);
+  const Segmentation segmentation = certain(zero, {0, 300, 70000});
+  ExtractOptions options;
+  options.object = 300;
+  const ExtractResult table = extract(options, scene.cloud, certain(scene.truth, kObjectIds)),
+                      found = extract(options, scene.cloud, segmentation);
+  EXPECT_EQ(found.summary.support, std::optional<uint32_t>(0));
+  EXPECT_TRUE(found.contact.found);
+  EXPECT_EQ(found.object, table.object);
+  // Named it carries although it is known as no support; sought it does not.
+  options.supports.emplace();
+  EXPECT_FALSE(extract(options, scene.cloud, segmentation).summary.support.has_value());
+  options.support = 0u;
+  const ExtractResult named = extract(options, scene.cloud, segmentation);
+  EXPECT_EQ(named.summary.support, std::optional<uint32_t>(0));
+  EXPECT_TRUE(named.contact.found);
+}
+
 /// A figure on a plinth, of one splat: its lower end is the plinth, `level` is where the rest lies about it.
 MadeScene figure(const std::function<bool(const Vec3f& x)>& rest, float level) {
   MadeScene scene;
@@ -182,7 +204,7 @@ TEST(Extract, NothingOfTheObjectGoesToARestThatDoesNotCarryIt) {
   const auto two_hands = [](const Vec3f& x) { return std::abs(x.y()) < 0.12f && std::abs(x.x()) < 0.7f; };
   const auto expect_none = [](const ExtractResult& result) {
     EXPECT_FALSE(result.contact.found);
-    EXPECT_EQ(result.summary.support, 0u);
+    EXPECT_FALSE(result.summary.support.has_value());
     EXPECT_EQ(result.summary.contact_to_support, 0u);
   };
   const ExtractResult ground = extracted(figure(everywhere, 0));

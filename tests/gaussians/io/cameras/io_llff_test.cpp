@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A plain NumPy array of doubles.
+/// A plain NumPy array of doubles; `shape` is what stands in its brackets.
 std::string npy(const std::vector<double>& values, const std::string& shape, const std::string& fortran = "False") {
   std::string header = "{'descr': '<f8', 'fortran_order': " + fortran + ", 'shape': (" + shape + "), }";
   while ((10 + header.size() + 1) % 64) header += ' ';
@@ -103,6 +103,8 @@ TEST_F(Llff, OtherNumbersOfPhotosAndDamagedFilesAreRefusedByRow) {
   refused(npy(rows_of(cameras), "3, 17", "True"), {"fortran_order"});
   refused(npy(rows_of(cameras), "4000000000, 17"), {"shape"});
   refused(npy(rows_of(cameras), "4, 17"), {"cut off"});
+  refused(npy({}, ""), {"cut off"});
+  refused(npy({1}, ""), {"shape"});
   for (const size_t length : {size_t{0}, size_t{9}, size_t{60}, whole.size() - 1})
     refused(whole.substr(0, length), {"poses_bounds"});
   for (const auto& [at, value, word] : std::vector<std::tuple<size_t, double, std::string>>{

@@ -385,6 +385,21 @@ TEST(Scene, WhatCannotBeLoadedIsNamed) {
   expect_error(Failure::kUsage, {"metres_per_unit", "-1"}, [&] { load_scene(folder / "s.ply", options); });
 }
 
+TEST(Scene, TheScaleIsAssumedUnlessALengthIsGiven) {
+  const TemporaryFolder folder;
+  write_ply(folder / "s.ply", ball(100, {0, 0, 0}, 1));
+  EXPECT_TRUE(load_scene(folder / "s.ply").scale_is_assumed);
+  EXPECT_NE(describe(folder.path())["warnings"].dump().find("scale of the scene is unknown"), std::string::npos);
+  LoadOptions options;
+  options.object_height = 0.4;
+  EXPECT_FALSE(load_scene(folder / "s.ply", options).scale_is_assumed);
+  options = {.metres_per_unit = 1};
+  EXPECT_FALSE(load_scene(folder / "s.ply", options).scale_is_assumed);
+  folder.file("scene.json", R"({"splats": "s.ply", "metres_per_unit": 1})");
+  EXPECT_FALSE(load_scene(folder.path()).scale_is_assumed);
+  EXPECT_EQ(describe(folder.path())["warnings"].dump().find("scale of the scene"), std::string::npos);
+}
+
 TEST(Describe, CountsBoundsAndOpacitiesOfSplatsCamerasAndScenes) {
   const TemporaryFolder folder;
   GaussianCloud cloud = ball(1000, {1, 2, 3}, 1);
