@@ -206,12 +206,12 @@ TEST(StageFields, BelongToAnOptionOrToSomethingElseThatIsRecorded) {
   EXPECT_EQ(unknown_bytes<LabelStage>([&](const LabelStage& s) { return inpainter(s, s); }), std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<ExtractStage>([](const ExtractStage&) { return std::vector<Bytes>{}; }),
             std::vector<size_t>{});
-  EXPECT_EQ(unknown_bytes<PredictStage>([](const PredictStage& s) {
-              // Of the first it takes E, nu and rho, which are options; where answers are kept does not count.
-              return std::vector<Bytes>{bytes_of(&s, &s.given, sizeof(s.given)),
-                                        bytes_of(&s, &s.answers, sizeof(s.answers))};
-            }),
-            std::vector<size_t>{});
+  EXPECT_EQ(
+      unknown_bytes<PredictStage>([](const PredictStage& s) {
+        // Of the first it takes E, nu and rho, which are options; where answers are kept does not count.
+        return std::vector<Bytes>{bytes_of(&s, &s.given, sizeof(s.given)), bytes_of(&s, &s.answers, sizeof(s.answers))};
+      }),
+      std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<SeedStage>([](const SeedStage&) { return std::vector<Bytes>{}; }), std::vector<size_t>{});
   EXPECT_EQ(unknown_bytes<SimulateStage>([](const SimulateStage&) { return std::vector<Bytes>{}; }),
             std::vector<size_t>{});
