@@ -154,7 +154,7 @@ TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGri
         mass += strip.particles.mass[i];
       }
     rest /= mass;
-    const Vec3d far = rest + Vec3d(2.2 * length, 0, 0);
+    const Vec3d far = rest + Vec3d(2.4 * length, 0, 0);
     grab.path = {{0.0, rest}, {1.0, far}, {3.0, rest}};
     grab.duration = 3;
     grab.stiffness = 2000;
@@ -170,7 +170,7 @@ TEST(Lagrangian, APulledStripStaysWholeAndStraightAndComesBackAndOnAnEulerianGri
       left[k] = std::max(left[k], (end - X).norm() / length);
     }
   }
-  EXPECT_GT(reached[1], 2.8);
+  EXPECT_GT(reached[1], 3.0);
   EXPECT_LT(aside[1], 0.06) << "its width shrinks, but it does not turn";
   EXPECT_LT(left[1], 1e-4) << "back where it was";
   EXPECT_GT(left[0], 0.2) << "the Eulerian grid tears it";
