@@ -87,11 +87,12 @@ struct SearchBounds {
   double most_decay_of(double frequency) const {
     return std::min(most_decay, kMostDecayPerRadian * 2 * M_PI * frequency);
   }
-  /// Whether the best fit may lie beyond.
-  bool ends_at(const Candidate& c) const {
-    constexpr double kNear = 1e-4;
-    return c.frequency < (1 + kNear) * lowest || c.frequency > (1 - kNear) * highest ||
-           c.decay > (1 - kNear) * most_decay_of(c.frequency);
+  static constexpr double kNear = 1e-4;
+
+  bool is_slowest(const Candidate& c) const { return c.frequency < (1 + kNear) * lowest; }
+  /// Whether the best fit may lie beyond, at frequencies or decays that are too high.
+  bool exceeds(const Candidate& c) const {
+    return c.frequency > (1 - kNear) * highest || c.decay > (1 - kNear) * most_decay_of(c.frequency);
   }
 };
 
@@ -142,8 +143,12 @@ DampedOscillation fit_oscillation(const std::vector<double>& values, double rate
     }
   }
   best = descend(fit, bounds, best, best_width / 128, 24);
-  if (bounds.ends_at(best)) return {};
   DampedOscillation out;
+  if (bounds.exceeds(best)) return out;
+  if (bounds.is_slowest(best)) {
+    out.slower_than = bounds.lowest;
+    return out;
+  }
   out.frequency = best.frequency;
   out.decay = best.decay;
   out.explained = 1 - best.left / fit.squares();

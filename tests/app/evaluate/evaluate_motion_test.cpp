@@ -81,6 +81,17 @@ TEST(FitOscillation, ValuesThatCreepBackWithoutASwingHaveNoFrequency) {
   }
 }
 
+TEST(FitOscillation, ASwingOfLessThanHalfAPeriodInTheRecordIsKnownToBeSlower) {
+  for (const double periods : {0.2, 0.3, 0.4}) {
+    std::vector<double> values;
+    for (int i = 0; i < 60; ++i) values.push_back(0.4 + std::cos(2 * M_PI * periods * i / 60.0));
+    const DampedOscillation found = fit_oscillation(values, 30);
+    EXPECT_EQ(found.frequency, 0) << periods;
+    EXPECT_NEAR(found.slower_than, 0.25, 1e-12) << periods;  // of two seconds
+  }
+  EXPECT_EQ(fit_oscillation(std::vector<double>(40, 2.0), 30).slower_than, 0);
+}
+
 TEST(FitOscillation, ValuesThatDoNotOscillateHaveNoFrequency) {
   EXPECT_EQ(fit_oscillation(std::vector<double>(40, 2.0), 30).frequency, 0);
   EXPECT_EQ(fit_oscillation({1, 2, 1, 2}, 30).frequency, 0);

@@ -98,6 +98,13 @@ TEST(EvaluateTrajectory, AFrequencyOfOnePeriodInTheRecordIsFound) {
   EXPECT_TRUE(still["tip"]["dominant_frequency"].is_null());
   EXPECT_EQ(still["frequency_error"], 1);
   EXPECT_TRUE(evaluate_trajectory(folder / "truth.h5", folder / "still.h5")["frequency_error"].is_null());
+  // Of one that is too slow for the record it is known how wrong it is at least.
+  write_trajectory(folder / "slow.h5", swaying(51, 48, 24, 0.15, 0.2), "{}");
+  const json slow = evaluate_trajectory(folder / "slow.h5", folder / "truth.h5");
+  EXPECT_TRUE(slow["tip"]["dominant_frequency"].is_null());
+  EXPECT_NEAR(slow["frequency_error"].get<double>(), 1 - slow["tip"]["frequency_below"].get<double>() / 0.5, 0.01);
+  EXPECT_GT(slow["frequency_error"], 0.2);
+  EXPECT_LT(slow["frequency_error"], 0.7);
 }
 
 TEST(EvaluateTrajectory, TheTipOfWhatHangsIsItsLowerEnd) {
