@@ -16,6 +16,7 @@ using nlohmann::json;
 namespace {
 
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
+constexpr const char* kUnprepared = "cannot be answered: the scene could not be prepared";
 
 }  // namespace
 
@@ -105,10 +106,10 @@ void Chooser::select(const ChooseRequest& request) {
   failed_.clear();
   if (request.marks.empty()) return name_.clear();
   asked_ = request.marks;
-  if (selecting_)
-    selecting_->ask(request.marks, request.camera);
-  else
-    early_ = request;
+  if (selecting_) return selecting_->ask(request.marks, request.camera);
+  // Without it nothing but the preparation can have failed.
+  if (!trouble_.is_null()) throw refused_request("select", kUnprepared);
+  early_ = request;
 }
 
 void Chooser::take_answer(const Selecting::Answer& answer) {
@@ -128,7 +129,7 @@ void Chooser::take_selection() {
   if (wanted_.empty()) throw refused_request("object", "0 names no selection that is there; select again");
   wake_.wait(lock, [&] { return ended_ || cancelled_ || !asked_ || !selecting_; });
   if (ended_ || cancelled_) throw Error(Failure::kInterrupted, "view", "", "interrupted", "select again");
-  if (asked_) throw refused_request("select", "cannot be answered: the scene could not be prepared");
+  if (asked_) throw refused_request("select", kUnprepared);
   if (!failed_.empty()) throw std::runtime_error(failed_);
   selected_ = wanted_;
 }

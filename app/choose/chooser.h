@@ -25,7 +25,8 @@ namespace pliant {
 ///                                                   answered at once, see selecting.h, and written when no other marks
 ///                                                   come for a while: {"kept": {"things", "views"}}, see choose_data.
 ///                                                   The mask of `camera`, which may be left out, is first.  Without
-///                                                   marks, those before are not answered any more
+///                                                   marks, those before are not answered any more.  Refused where the
+///                                                   scene could not be prepared
 ///   "hover": [N, x, y]                              what a click there would select, about
 ///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
 ///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says

@@ -7,11 +7,22 @@
 
 #include "app/choose/chooser.h"
 #include "app/live/live_view.h"
+#include "app/run/attach_scene.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kSimulated = 0.1;  // s, of the motion that the page begins with
+
+/// A fit is of the particles and the scale that it was made with; no request can ask to ignore another one.
+void leave_out_foreign_fit(const Context& context, const RunDirectory& run, const Scene& scene,
+                           SimulateStage& simulate) {
+  const std::string of = fit_is_of(run, scene);
+  if (of.empty() && !is_refit_unfinished(run)) return;
+  simulate.use_fit = false;
+  context.progress.say("simulate: the existing fit is not used: " +
+                       (of.empty() ? "one that is to replace it is unfinished" : "it was made with " + of));
+}
 
 }  // namespace
 
@@ -22,7 +33,9 @@ void Chooser::make(const Context& context, const ChooseRequest& request) {
   stages.predict.label = request.label;
   SimulateStage simulate;
   simulate.duration = kSimulated;
+  simulate.expects_push = false;
   prepare_object(context, run_, scene, stages, simulate);
+  leave_out_foreign_fit(context, run_, scene, simulate);
   run_simulate(context, run_, scene, simulate);
   const LiveScreen screen = live_screen(context, run_, scene, context_.progress);
   site_.show(screen);

@@ -32,6 +32,9 @@ CLI::Option* add_out(CLI::App& command, Program& program, const std::string& wha
 /// --overwrite, and what it does in this command.
 void add_overwrite(CLI::App& command, Program& program, const std::string& what);
 
+/// Makes an option be given as often as one likes, with one value each time.
+CLI::Option* repeatable(CLI::Option* option);
+
 /// Adds every command to `app`.
 void add_commands(CLI::App& app, Program& program);
 

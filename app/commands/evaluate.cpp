@@ -117,10 +117,7 @@ void add_evaluate(CLI::App& app, Program& program) {
     auto asserts = std::make_shared<std::vector<std::string>>();
     sub->add_option("PRED", *pred, "Computed result")->required();
     sub->add_option("TRUTH", *truth, "Ground truth")->required();
-    sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; repeatable")
-        ->expected(1)
-        ->allow_extra_args(false)
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+    repeatable(sub->add_option("--assert", *asserts, "Fail unless this holds, for example psnr>=30; repeatable"))
         ->option_text("CONDITION");
     if (kind.name == std::string("segmentation")) add_score(*sub, *score);
     if (kind.name == std::string("motion")) add_score(*sub, *motion);

@@ -50,11 +50,9 @@ void add_compare(CLI::App& evaluate, Program& program) {
   sub->add_option("METHODS", given->methods, "NAME=FOLDER with SCENE.json or SCENE/RUN.json; the first is ours")
       ->required()
       ->expected(2, 1000);
-  sub->add_option("--metric", given->options.metrics,
-                  "Metric to compare, or any key as KEY:higher or KEY:lower; repeatable (default: all known)")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+  repeatable(
+      sub->add_option("--metric", given->options.metrics,
+                      "Metric to compare, or any key as KEY:higher or KEY:lower; repeatable (default: all known)"))
       ->option_text("KEY");
   add_bootstrap(*sub, given->options.bootstrap);
   add_out(*sub, program, kTables);
@@ -150,9 +148,11 @@ void add_self_test(CLI::App& evaluate, Program& program) {
     program.action = [&program](Context&) {
       json result = self_test();
       give(program, result, {"checks"}, self_test_tables(result));
-      if (result["failed"] > 0)
+      if (result["failed"] > 0) {
+        if (program.json) std::printf("%s\n", result.dump(2).c_str());
         throw Error(Failure::kInput, "evaluate", "self-test", result["failed"].dump() + " checks failed",
                     "this build must not be trusted");
+      }
       return result;
     };
   });

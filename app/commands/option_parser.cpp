@@ -33,10 +33,7 @@ std::string out_of_range(const Option& option, const std::string& text) {
 
 CLI::Option* bound(CLI::App& command, const std::string& names, const Option& option) {
   const auto texts = [&](std::function<void(const std::vector<std::string>&)> take) {
-    return command.add_option_function<std::vector<std::string>>(names, std::move(take), option.help)
-        ->expected(1)
-        ->allow_extra_args(false)
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    return repeatable(command.add_option_function<std::vector<std::string>>(names, std::move(take), option.help));
   };
   const std::string shown = names.substr(0, names.find(','));
   return std::visit(

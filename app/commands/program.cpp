@@ -90,7 +90,10 @@ std::vector<std::string> expand_config(const CLI::App& app, int argc, const char
       for (const nlohmann::json& item : list) {
         const bool is_flag = option && option->get_items_expected_max() == 0;
         if (is_flag && item == false) continue;
-        options.push_back(flag);  // which is refused where there is no such option, or where it lacks a value
+        // Without a value, an option would take the next one for it.
+        if (option && (item.is_null() || (!is_flag && item.is_boolean())))
+          throw usage_error(file, flag, "is " + item.dump(), is_flag ? "give true or false" : "give a value");
+        options.push_back(flag);  // which is refused where there is no such option
         if (!item.is_boolean()) options.push_back(word_of(item));
       }
     }
@@ -153,6 +156,10 @@ void add_common(CLI::App& command, Program& program) {
 
 CLI::Option* add_out(CLI::App& command, Program& program, const std::string& what) {
   return command.add_option("--out", program.out, what)->option_text("DIR");
+}
+
+CLI::Option* repeatable(CLI::Option* option) {
+  return option->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
 void add_overwrite(CLI::App& command, Program& program, const std::string& what) {

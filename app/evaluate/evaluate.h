@@ -49,7 +49,9 @@ nlohmann::json evaluate_nvos(const std::filesystem::path& prediction, const std:
 /// Also the motion of the tip (top tenth; the tenth that moves most when up is unknown, or when the top moves less than
 /// a third as far, as of what hangs): displacement over time, peak, final / peak, dominant_frequency [Hz] of the damped
 /// oscillation (fit_oscillation) where it is free, null where there is none.  frequency_error is 1 where the truth
-/// alone oscillates.  free_from_s, free_from_by: as of evaluate_motion, or the peak of the truth ("largest motion").
+/// alone oscillates; a tip that moves notably, but may swing so slowly that the record holds less than half a period of
+/// it, as what creeps may as well, has tip.frequency_below [Hz], and the least error that it can have.  free_from_s,
+/// free_from_by: as of evaluate_motion, or the peak of the truth ("largest motion").
 /// relative_error: root mean square error over the root mean square of the true displacements, 1 for a still object.
 nlohmann::json evaluate_trajectory(const std::filesystem::path& prediction, const std::filesystem::path& truth);
 

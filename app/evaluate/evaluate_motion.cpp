@@ -214,7 +214,7 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   const char* unit = particles ? "m" : "px";
   if (truth.points() == 0)
     throw input_error(truth_path.string(), "", "shows no motion", "check the file and the compared interval");
-  int first = -1;
+  int first = -1, our_first = -1;  // frames from which on the motion is free
   out["free_from_by"] = "largest motion";
   if (score.free_from >= 0) {
     const auto check = [&](const PointMotion& motion, const char* name) {
@@ -237,6 +237,7 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     };
     if (begin(truth) + kLeastFree <= truth.frames() && begin(ours) + kLeastFree <= ours.frames()) {
       first = static_cast<int>(begin(truth));
+      our_first = static_cast<int>(begin(ours));
       out["free_from_by"] = "interactions.json";
     }
   }
@@ -247,9 +248,11 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
   out["truth"] = to_json(truth, true_vibration, unit);
   Vibration vibration;
   if (ours.points() > 0) {
-    const double free_from = score.free_from >= 0 ? score.free_from : first / truth.rate;
-    int same = static_cast<int>(std::lround(free_from * ours.rate));
-    vibration = describe_vibration(ours, same);
+    if (our_first < 0) {
+      const double free_from = score.free_from >= 0 ? score.free_from : first / truth.rate;
+      our_first = static_cast<int>(std::lround(free_from * ours.rate));
+    }
+    vibration = describe_vibration(ours, our_first);
   }
   if (!particles && vibration.amplitude < kLeastMotion) vibration.oscillation = vibration.small = {};
   out["prediction"] = to_json(ours, vibration, unit);

@@ -17,7 +17,7 @@ namespace {
 /// Masks by prompt, of one view.
 using Masks = std::map<std::string, fs::path>;
 
-/// Pictures of each folder below `root`, which may lie in test_mask.
+/// Pictures of each folder below `root`, which may lie in test_mask; folders without any are no views.
 std::map<std::string, Masks> masks_by_view(const fs::path& root) {
   std::error_code ignored;
   const fs::path folder = fs::is_directory(root / "test_mask", ignored) ? root / "test_mask" : root;
@@ -25,7 +25,7 @@ std::map<std::string, Masks> masks_by_view(const fs::path& root) {
     throw input_error(root.string(), "", "is not a folder", "give the folder of a scene's test_mask");
   std::map<std::string, Masks> views;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && !fs::is_empty(entry.path()))
+    if (entry.is_directory() && !images_in(entry.path()).empty())
       views[entry.path().filename().string()] = pictures_of(entry.path());
   if (views.empty())
     throw input_error(folder.string(), "", "has no folders of masks", "expected VIEW/PROMPT.png, as in LERF-Mask");

@@ -18,6 +18,7 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
+constexpr double kNotable = 0.1;       // of the true travel of the tip, from which on a prediction moves at all
 constexpr double kTipMoves = 1.0 / 3;  // of what moves most, that the top moves when it is the tip
 
 /// A trajectory whose unit is the metre.
@@ -98,6 +99,13 @@ Vec3d main_direction(const std::vector<Vec3d>& displacement) {
 size_t largest_of(const std::vector<Vec3d>& displacement) {
   const auto less = [](const Vec3d& a, const Vec3d& b) { return a.norm() < b.norm(); };
   return static_cast<size_t>(std::max_element(displacement.begin(), displacement.end(), less) - displacement.begin());
+}
+
+/// The largest distance from where the tip is in frame `first` that it has in a later one.
+double travel(const std::vector<Vec3d>& tip, size_t first) {
+  double farthest = 0;
+  for (size_t i = first; i < tip.size(); ++i) farthest = std::max(farthest, (tip[i] - tip[first]).norm());
+  return farthest;
 }
 
 /// Numbers about the motion of a tip; displacements relative to the height.  Frequencies from frame `first` on, null
@@ -210,10 +218,11 @@ json evaluate_trajectory(const fs::path& prediction, const fs::path& truth_path)
               {"tip", describe_tip(our_tip, direction, rate, first)},
               {"tip_in_truth", describe_tip(true_tip, direction, rate, first)}};
   out["relative_error"] = moved > 0 ? json(std::sqrt(squares / moved)) : json(nullptr);
-  // What is too slow for the record is at least as wrong as its slowest frequency, and what does not oscillate where
-  // the truth does is as wrong as frequency 0.
+  // What may swing too slowly for the record is at least as wrong as its slowest frequency, if it moves notably, and
+  // what does not oscillate where the truth does is as wrong as frequency 0.
   const json &f = out["tip"]["dominant_frequency"], &f_true = out["tip_in_truth"]["dominant_frequency"];
-  const double known = f.is_number() ? f.get<double>() : out["tip"].value("frequency_below", 0.0);
+  const bool moves = travel(our_tip, first) > kNotable * travel(true_tip, first);
+  const double known = f.is_number() ? f.get<double>() : moves ? out["tip"].value("frequency_below", 0.0) : 0.0;
   out["frequency_error"] = f_true.is_number() ? json(std::abs(known / f_true.get<double>() - 1)) : json(nullptr);
   const double peak = out["tip"]["peak"], peak_true = out["tip_in_truth"]["peak"];
   out["peak_error"] = peak_true > 0 ? json(std::abs(peak - peak_true) / peak_true) : json(nullptr);

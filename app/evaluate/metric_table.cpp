@@ -43,6 +43,22 @@ const std::vector<Metric>& metric_table() {
   return table;
 }
 
+namespace {
+
+/// The metric of the table that has a key, else the one that has its last part: "unseen.frequency_error" is read as
+/// "frequency_error".  Null where there is neither.
+const Metric* metric_of(const std::string& key) {
+  const std::string last = key.substr(key.rfind('.') + 1);
+  const Metric* found = nullptr;
+  for (const Metric& metric : metric_table()) {
+    if (metric.key == key) return &metric;
+    if (metric.key == last) found = &metric;
+  }
+  return found;
+}
+
+}  // namespace
+
 Metric metric_named(const std::string& text, const std::string& option) {
   std::vector<std::string> known;
   for (const Metric& metric : metric_table()) {
@@ -51,15 +67,17 @@ Metric metric_named(const std::string& text, const std::string& option) {
   }
   if (const size_t colon = text.rfind(':'); colon != std::string::npos && colon > 0) {
     const std::string key = text.substr(0, colon), direction = text.substr(colon + 1);
-    for (const Metric& metric : metric_table()) {
-      const std::string better = metric.higher_is_better ? "higher" : "lower";
-      if (metric.key != key || (direction != "higher" && direction != "lower")) continue;
-      if (direction == better) return metric;
-      throw usage_error("evaluate", option,
-                        "is '" + text + "', but " + metric.title + " is better when it is " + better,
-                        "write '" + key + "'");
+    if (direction == "higher" || direction == "lower") {
+      const Metric* metric = metric_of(key);
+      if (!metric) return {key, key, "", direction == "higher", 0};
+      const std::string better = metric->higher_is_better ? "higher" : "lower";
+      if (direction != better)
+        throw usage_error("evaluate", option,
+                          "is '" + text + "', but " + metric->title + " is better when it is " + better,
+                          "write '" + (metric->key == key ? key : key + ":" + better) + "'");
+      if (metric->key == key) return *metric;
+      return {key, key, metric->unit, metric->higher_is_better, metric->failure};
     }
-    if (direction == "higher" || direction == "lower") return {key, key, "", direction == "higher", 0};
   }
   throw usage_error("evaluate", option, "is '" + text + "', which is not a metric of evaluate",
                     "did you mean '" + nearest_name(text, known) + "'? Write others as KEY:higher or KEY:lower");

@@ -20,8 +20,9 @@ struct Metric {
 /// Every metric by which results are compared.
 const std::vector<Metric>& metric_table();
 
-/// A metric of the table by its key, or any other as KEY:higher or KEY:lower.  Throws Error{kUsage} for `option`, also
-/// for the wrong direction of a metric of the table.
+/// A metric of the table by its key, or any other as KEY:higher or KEY:lower.  Of a nested key whose last part is in
+/// the table, such as unseen.frequency_error, unit and failure are those of the table.  Throws Error{kUsage} for
+/// `option`, also for the wrong direction of what is in the table.
 Metric metric_named(const std::string& text, const std::string& option);
 
 /// The value of a key in a result, or null where the result lacks it.  A PSNR that is null because the pictures are

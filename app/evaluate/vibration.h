@@ -19,7 +19,7 @@ struct PointMotion {
 /// a + b t + exp(-decay t) (c cos(2 pi frequency t) + s sin(2 pi frequency t)), t in s from the first value.
 struct DampedOscillation {
   double frequency = 0, decay = 0;  ///< Hz, 1/s; frequency 0 = nothing is seen to oscillate
-  double slower_than = 0;           ///< Hz; where the best fit lies at half a period in the record, that frequency
+  double slower_than = 0;           ///< Hz; half a period in the record, where the best fit is that: slow or creeping
   double amplitude = 0;             ///< sqrt(c^2 + s^2)
   double explained = 0;             ///< share of the variance about the line a + b t
 };

@@ -19,7 +19,7 @@ struct LiveCommand {
 };
 
 /// From JSON, as recordings and `pliant view` have it:
-///   ["begin", number, [21 numbers]], see interaction_numbers.h, or ["begin", number, {a row of interactions.json}]
+///   ["begin", number, [22 numbers]], see interaction_numbers.h, or ["begin", number, {a row of interactions.json}]
 ///     whose lengths are in scene units, where a grab needs no path: it takes hold of what its region holds now
 ///   ["move", number, x, y, z], ["drag", number, x, y, z] in metres
 ///   ["end", number]

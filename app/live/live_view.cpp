@@ -63,14 +63,17 @@ LocalServer::Page live_page(std::string html) {
 
 LiveScreen live_screen(const Context& context, const RunDirectory& run, const Scene& scene, Progress& console) {
   const auto live = std::make_shared<const LiveScene>(load_live_scene(run, scene, "view"));
-  // A page of its own, as clip.html may be smaller than this machine needs.
-  const fs::path file = run / "view.html";
+  // A page of its own, as clip.html may be smaller than this machine needs, in a file of this process that goes again.
+  const fs::path file = temporary_name(run / "view.html");
+  const std::shared_ptr<const void> removed(nullptr, [&](const void*) {
+    std::error_code none;
+    fs::remove(file, none);
+  });
   PageStage stage;
   stage.size = kPageSize;
   stage.grows = true;
   export_page(context, run, scene, stage, file);
   LiveScreen screen{live_page(read_text(file)), {}};
-  fs::remove(file);
   const auto warn = [&console, said = std::make_shared<std::atomic<bool>>(false)](const std::string& text) {
     if (!said->exchange(true)) console.warn("view: " + text);
   };

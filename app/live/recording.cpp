@@ -59,13 +59,17 @@ void apply(const Recording& recording, int frame, Session& session, std::vector<
 }
 
 /// Numbers of interactions count from those that act from the start, which the script of the run may have changed.
+/// Where it is not told how many these were, there were no more than the least number that was begun.
 void check_held(const Recording& recording, size_t held, const std::string& file) {
   const auto other = [&](int there) {
     return input_error(file, "held",
                        fmt::format("counts {} interactions that act from the start, here are {}", there, held),
                        "simulate with the interactions that acted when it was recorded");
   };
-  if (recording.held >= 0 && recording.held != static_cast<int>(held)) throw other(recording.held);
+  if (recording.held >= 0) {
+    if (recording.held != static_cast<int>(held)) throw other(recording.held);
+    return;
+  }
   for (const auto& [frame, command] : recording.commands)
     if (command.kind == LiveCommand::Kind::kBegin && command.number < static_cast<int>(held))
       throw other(command.number);
@@ -74,9 +78,14 @@ void check_held(const Recording& recording, size_t held, const std::string& file
 /// Throws where another object was moved, and says where this one was simulated otherwise.
 void check_object(const Context& context, const Recording& recording, const LiveScene& live, const std::string& file) {
   if (!recording.simulated.is_object()) return;
-  const json::json_pointer splats("/inputs/object");
-  const bool same_splats = recording.simulated.value(splats, json()) == live.simulated.value(splats, json());
-  if (!recording.object.empty() && recording.object != live.object && !same_splats)
+  // An object that was only renamed has the same splats; where they did not count, the same particles.
+  const json::json_pointer splats("/inputs/object"), particles("/inputs/particles");
+  const auto in_both = [&](const json::json_pointer& input) {
+    return recording.simulated.contains(input) && live.simulated.contains(input);
+  };
+  const json::json_pointer& told = in_both(splats) ? splats : particles;
+  const bool same = in_both(told) && recording.simulated[told] == live.simulated[told];
+  if (!recording.object.empty() && recording.object != live.object && !same)
     throw input_error(file, "object", fmt::format("is '{}', here is '{}'", recording.object, live.object),
                       "extract and simulate the object that was moved");
   const std::string difference = first_difference(recording.simulated, live.simulated);
@@ -227,6 +236,8 @@ json replay_recording(const Context& context, RunDirectory& run, const Scene& sc
   }
   const fs::path target = run / (folder + "/recording.h5");
   const std::string provenance = json({{"recording", hash_of_input(file)}}).dump();
+  // No motion lies beside particles of another one, whatever fails in between.
+  fs::remove(target);
   write_particles(run / (folder + "/recording_particles.h5"), start.level, provenance);
   write_trajectory(target, out, provenance);
   context.progress.say(fmt::format("simulate: {} frames of {} driving particles in {}", recording.frames,

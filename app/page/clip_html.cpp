@@ -2,11 +2,12 @@
 
 #include "app/page/page_assets.h"
 #include "app/report/html.h"
+#include "gaussians/base/error.h"
 #include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
 
 namespace pliant {
-PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, SectionPacker& packer) {
+PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, SectionPacker& packer, size_t most) {
   std::string html(page_template());
   // Before the user's text, which may contain such a mark.
   fill_mark(html, "/*STYLE*/", std::string(page_style()));
@@ -33,6 +34,7 @@ PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, Se
   if (!page.video.empty()) add("video", base64(page.video));
   fill_mark(html, mark, sections);
   sizes.all = html.size();
+  CHECK_MSG(sizes.all <= most, "size of a page");
   write_text(file, html);
   return sizes;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -22,7 +23,8 @@ struct PageSizes {
 };
 
 /// Writes the page, self-contained: nothing is fetched, and its content security policy forbids it.  Sections are in
-/// the order in which the page wants them.
-PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, SectionPacker& packer);
+/// the order in which the page wants them.  One of more than `most` bytes is a broken invariant and is not written.
+PageSizes write_page(const std::filesystem::path& file, const ClipPage& page, SectionPacker& packer,
+                     size_t most = SIZE_MAX);
 
 }  // namespace pliant

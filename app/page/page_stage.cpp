@@ -8,8 +8,10 @@
 
 #include "app/page/clip_budget.h"
 #include "app/page/clip_html.h"
+#include "app/page/interaction_numbers.h"
 #include "app/page/page_assets.h"
 #include "app/page/page_solver.h"
+#include "app/report/html.h"
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
 #include "gaussians/base/error.h"
@@ -29,7 +31,7 @@ namespace {
 constexpr double kSideways = 25;      // degrees to either side from which photographed scenes are worth a look
 constexpr double kPosterSide = 1280;  // px, at most
 constexpr double kVideoShare = 0.1;   // of the bytes that the video may take, for devices that cannot draw
-constexpr size_t kHeader = 20'000;    // bytes, at most
+constexpr size_t kHeader = 20'000;    // bytes at most, without texts of the user and what holds the object
 
 std::vector<double> numbers(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -62,11 +64,8 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   MovingScene moving = load_moving_scene(in.files, scene);
   const Box bounds = robust_bounds(moving.object);
   const Camera camera = clip_camera(scene, "", bounds);
-  OrbitPathOptions turn;
-  turn.frames = 9;
-  turn.degrees = scene.cameras_are_orbit ? 360 : kSideways;
-  std::vector<Camera> views = orbit_path(turn, camera, bounds.centre().cast<double>(), scene.up);
-  views.pop_back();  // where the first is
+  const Vec3d centre = bounds.centre().cast<double>();
+  const std::vector<Camera> views = page_views(camera, centre, scene.up, scene.cameras_are_orbit);
   RenderOptions options;
   options.antialiased = moving.antialiased;
   options.background = scene.settings.background_color();
@@ -102,7 +101,10 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
     if (fresh) known->second = solver_bytes(motion_level(clip), setup, scene, beside, packer);
     return known->second;
   };
-  const size_t code = page_template().size() + page_style().size() + page_script().size() + kHeader;
+  json unbounded = {stage.licence, stage.command, in.found};
+  for (const Interaction& it : setup.held) unbounded.push_back(numbers_of(it));
+  const size_t header_bytes = kHeader + json_in_script(unbounded).size();
+  const size_t code = page_template().size() + page_style().size() + page_script().size() + header_bytes;
   const auto around = [&](size_t size) { return code + 4 * (poster.size() + film_in(size)) / 3; };
   const size_t bytes = stage.size - std::min(stage.size, around(stage.size));
   ClipPage page;
@@ -138,7 +140,6 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   header["metres_per_unit"] = scene.metres_per_unit;
   header["clip"] = {
       {"fps", drawn.trajectory.fps}, {"frames", drawn.trajectory.frames.size()}, {"camera", camera_json(camera)}};
-  const Vec3d centre = bounds.centre().cast<double>();
   header["orbit"] = {{"centre", numbers(centre)},
                      {"radius", (camera.centre() - centre).norm()},
                      {"degrees", scene.cameras_are_orbit ? 360 : 2 * kSideways}};
@@ -146,7 +147,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   if (scene.settings.background) header["render"]["background"] = numbers(*scene.settings.background);
   page.poster = poster;
   page.video = video;
-  const PageSizes sizes = write_page(file, page, packer);
+  const PageSizes sizes = write_page(file, page, packer, stage.grows ? SIZE_MAX : stage.size);
   if (!given_up.empty())
     context.progress.say(fmt::format("page: to fit into {:.1f} MB, {}", static_cast<double>(stage.size) / 1e6,
                                      fmt::join(given_up, "; ")));
@@ -167,8 +168,15 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
 
 }  // namespace
 
+std::vector<Camera> page_views(const Camera& camera, const Vec3d& centre, const Vec3d& up, bool all_around) {
+  OrbitPathOptions turn;
+  turn.frames = 8;
+  turn.degrees = all_around ? 360 : kSideways;
+  return orbit_path(turn, camera, centre, up);
+}
+
 bool shows_motion(const RunDirectory& run, const std::string& stage) {
-  if (!run.has(stage)) return true;
+  if (!run.has(stage)) return run.last_record(stage).is_null();
   const json& shown = run.manifest()["stages"][stage]["inputs"];
   return !shown.contains("trajectory") || shown["trajectory"] == hash_of_input(moving_scene_files(run)["trajectory"]);
 }

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "app/run/options.h"
 #include "app/run/stage_inputs.h"
@@ -22,12 +23,17 @@ struct PageStage {
 OptionTable options_of(PageStage& stage);
 StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, const PageStage& stage);
 nlohmann::json run_page(const Context& context, RunDirectory& run, const Scene& scene, const PageStage& stage);
-/// Whether what the stage `render` or `page` has left shows the motion that is there, as far as is known.
+/// Whether what the stage `render` or `page` has left shows the motion that is there; of one that was begun and has not
+/// finished nobody knows, so that it does not.
 bool shows_motion(const RunDirectory& run, const std::string& stage);
 /// Removes the page of an earlier motion.
 void drop_page(RunDirectory& run);
 /// The same into a file of one's own.
 nlohmann::json export_page(const Context& context, const RunDirectory& run, const Scene& scene, const PageStage& stage,
                            const std::filesystem::path& file);
+/// Eight cameras around `centre` (scene units) that stand for where a page is looked at from: the first is `camera`,
+/// the others follow at equal angles all around, or on a swing by 25 degrees to either side, where the third and the
+/// seventh are its ends.
+std::vector<Camera> page_views(const Camera& camera, const Vec3d& centre, const Vec3d& up, bool all_around);
 
 }  // namespace pliant

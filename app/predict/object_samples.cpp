@@ -1,5 +1,6 @@
 #include "app/predict/object_samples.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +15,18 @@
 #include "physics/body/interior_fill.h"
 
 namespace pliant {
+namespace {
+
+/// Refuses several files of one name, of which a folder lists any first.
+std::filesystem::path only_file(std::vector<std::filesystem::path> files, const std::string& what) {
+  if (files.size() == 1) return files[0];
+  std::sort(files.begin(), files.end());
+  throw usage_error("--objects", files[0].string(),
+                    "and " + files[1].filename().string() + " are two " + what + " of one name",
+                    "leave one of them in the folder");
+}
+
+}  // namespace
 
 SolidSamples samples_in_metres(const SolidFile& file, double metres_per_unit) {
   const float scale = static_cast<float>(metres_per_unit);
@@ -57,7 +70,7 @@ std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, u
   constexpr int kSamples = 4000;
   if (!std::filesystem::is_directory(folder))
     throw usage_error("--objects", folder.string(), "is not a folder", "give a folder of splats with material fields");
-  std::map<std::string, std::filesystem::path> splats, fields;
+  std::map<std::string, std::vector<std::filesystem::path>> splats, fields;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::filesystem::path& file = entry.path();
     std::string stem = file.stem().string();
@@ -65,13 +78,15 @@ std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, u
     const bool points = extension == ".ply" && std::filesystem::path(stem).extension() == ".field";
     if (points) stem = std::filesystem::path(stem).stem().string();
     if (points || extension == ".npz" || extension == ".h5")
-      fields[stem] = file;
+      fields[stem].push_back(file);
     else if (entry.is_regular_file() && !splats_at(file).empty())
-      splats[stem] = file;
+      splats[stem].push_back(file);
   }
   std::vector<MaterialObject> objects;
-  for (const auto& [name, file] : splats) {
+  for (const auto& [name, files] : splats) {
     if (!fields.count(name)) continue;
+    const std::filesystem::path file = only_file(files, "splat files"),
+                                field = only_file(fields.at(name), "material fields");
     ReadReport report;
     const GaussianCloud cloud = read_splats(file, &report, kFinestLevel);
     FillOptions fill;
@@ -81,7 +96,7 @@ std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, u
     object.family = name.substr(0, name.find_first_of("0123456789-_"));
     if (object.family.empty()) object.family = name;
     object.samples = fill_interior(fill, cloud);
-    const ElasticSamples material = given_material(fields[name], object.samples.position);
+    const ElasticSamples material = given_material(field, object.samples.position);
     object.colour = nearest_colours(cloud, object.samples.position);
     object.up = up_of_cloud(cloud, report.z_is_up).up.cast<float>();
     object.young = material.young;

@@ -22,7 +22,8 @@ MaterialObject fitted_object(const RunDirectory& run, const Scene& scene);
 
 /// Every splat file NAME.* of a folder with a material field NAME.npz, NAME.field.ply or NAME.h5 beside it, of which
 /// the network may learn too: the object alone, in metres, its up found by up_of_cloud, named as its family what stands
-/// before the first digit, '-' or '_' of NAME.  Throws Error{kUsage} where there is none, Error{kInput} for a bad file.
+/// before the first digit, '-' or '_' of NAME.  Throws Error{kUsage} where there is none, and where two splat files or
+/// two fields have one such NAME; Error{kInput} for a bad file.
 std::vector<MaterialObject> splat_objects(const std::filesystem::path& folder, uint64_t seed);
 
 }  // namespace pliant

@@ -68,15 +68,18 @@ ImageF with_caption(const ImageF& picture, const std::string& caption) {
 
 }  // namespace
 
-fs::path run_preview(const Context& context, const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
+void check_preview(const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
   run.summary("seed", "run `pliant seed` first");
   if (stage.given.young)
     throw usage_error("predict", "--preview", "does nothing with --young, which has no band",
                       "predict without --young");
-  const json given = run.summary("predict", "run `pliant predict` first").value("given", json::array());
-  if (std::find(given.begin(), given.end(), "young") != given.end())
+  if (scene.settings.material.young && !asks_for_material(stage))
     throw usage_error("predict", "--preview", "does nothing with E in \"material\" of scene.json, which has no band",
                       "ask for a predicted E with --label, --material or --softness");
+}
+
+fs::path run_preview(const Context& context, const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
+  check_preview(run, scene, stage);
   std::vector<fs::path> folders;
   std::vector<std::string> captions;
   for (const double softness : kSoftness) {
@@ -115,7 +118,7 @@ fs::path run_preview(const Context& context, const RunDirectory& run, const Scen
   }
   CHECK(video);
   video->close();
-  context.progress.say("predict: soft, usual and stiff side by side: " + out.string());
+  context.progress.say("predict: stiff, usual and soft side by side: " + out.string());
   return out;
 }
 

@@ -136,11 +136,6 @@ double first_of(const std::optional<double>& a, const std::optional<double>& b, 
   return a ? *a : b.value_or(otherwise);
 }
 
-/// Whether a material or a softness is asked for.
-bool asks(const PredictStage& stage) {
-  return !stage.label.empty() || !stage.material.empty() || stage.softness || !stage.llm_url.empty();
-}
-
 json predict_object(const Context& context, const RunDirectory& run, const StageInputs<PredictStage>& in,
                     const std::string& provenance) {
   const PredictStage& stage = in.options;
@@ -152,7 +147,7 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   if (!prior.warning.empty()) context.progress.warn(prior.warning);
   const MaterialValues& scene_file = scene.settings.material;
   // Who asks for a material wants its E; else that of the scene file stays.
-  const std::optional<double> young_of_file = asks(stage) ? std::nullopt : scene_file.young;
+  const std::optional<double> young_of_file = asks_for_material(stage) ? std::nullopt : scene_file.young;
   const bool young_given = stage.given.young || young_of_file;
   const MaterialMeans means = {first_of(stage.given.young, young_of_file, prior.young.typical),
                                first_of(stage.given.poisson, scene_file.poisson, prior.poisson.typical),
@@ -267,7 +262,7 @@ bool needs_prediction(const Scene& scene, const PredictStage& stage, const Simul
   if (!simulate.material_file.empty() || !simulate.physgaussian.empty()) return false;
   const MaterialValues &typed = simulate.material, &file = scene.settings.material;
   const bool known = (typed.young || file.young) && (typed.poisson || file.poisson) && (typed.density || file.density);
-  return !known || asks(stage);
+  return !known || asks_for_material(stage);
 }
 
 void assume_height(const Context& context, RunDirectory& run, Scene& scene, const PredictStage& stage) {

@@ -29,6 +29,9 @@ OptionTable options_of(PredictStage& stage);
 /// Throws Error{kUsage} for options that contradict each other, and for a material, or a label without a language
 /// model, that the table does not know.
 void check_predict_stage(const PredictStage& stage);
+/// Whether a label, a material, a softness or a language model is named, by which the E of the scene file does not
+/// count.
+bool asks_for_material(const PredictStage& stage);
 StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage);
 nlohmann::json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage);
 

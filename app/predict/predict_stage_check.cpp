@@ -23,4 +23,8 @@ void check_predict_stage(const PredictStage& stage) {
     throw unknown_label(stage.label);
 }
 
+bool asks_for_material(const PredictStage& stage) {
+  return !stage.label.empty() || !stage.material.empty() || stage.softness || !stage.llm_url.empty();
+}
+
 }  // namespace pliant

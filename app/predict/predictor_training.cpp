@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -76,10 +77,13 @@ json run_training(const Context& context, const TrainPredictor& training, const 
   options.threads = omp_get_max_threads();
   const fs::path checkpoint = directory / "checkpoint.safetensors";
   const int total = options.members * options.epochs;
-  int done = 0;
   context.progress.begin("train-predictor", total);
-  const TrainDistributionResult result = train_distribution(options, more, checkpoint, [&](const TrainingEpoch&) {
-    context.progress.done(std::min(++done, total));
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  int here = 0;  // epochs since the begin, by which the remaining time goes
+  const TrainDistributionResult result = train_distribution(options, more, checkpoint, [&](const TrainingEpoch& epoch) {
+    const double each = std::chrono::duration<double>(Clock::now() - begin).count() / ++here;
+    context.progress.done(std::min(epoch.done, total), "", each * (total - epoch.done));
     return !context.interrupted();
   });
   context.progress.end();

@@ -10,23 +10,33 @@
 namespace pliant {
 namespace {
 
-constexpr double kMoved = 2;              // diagonals of the object that it may move away from the camera
+constexpr double kBehind = 2;             // diagonals of the object behind its place at rest that have a depth at least
 constexpr float kLeastAlpha = 1 / 255.f;  // with less a pixel shows nothing of the object
 
 }  // namespace
 
+double farthest_depth(const Shot& shot, const TrajectoryFile& motion, const Box& object) {
+  const double diagonal = object.size().norm();
+  double farthest = 0;
+  for (size_t k = 0; k < shot.times.size(); ++k) {
+    const Camera& camera = shot.cameras[k];
+    const double at_rest = (camera.centre() - object.centre().cast<double>()).norm();
+    farthest = std::max(farthest, at_rest + kBehind * diagonal);
+    for (const Vec3f& x : motion.at(shot.times[k]).position)
+      farthest = std::max(farthest, (camera.cam_from_world * x.cast<double>()).z() + diagonal);
+  }
+  return farthest;
+}
+
 ObjectLayer::ObjectLayer(const std::filesystem::path& folder, const std::filesystem::path& video, const Shot& shot,
-                         const Box& object, double metres_per_unit)
+                         double farthest, double metres_per_unit)
     : folder_(folder),
       shot_(shot),
       video_(video, shot.fps, shot.cameras[0].width, shot.cameras[0].height, VideoCoding::kWithAlpha),
-      metres_per_unit_(metres_per_unit) {
+      metres_per_unit_(metres_per_unit),
+      farthest_(metres_per_unit * farthest) {
   std::filesystem::create_directories(folder / "color");
   std::filesystem::create_directories(folder / "depth");
-  double away = 0;
-  for (const Camera& camera : shot.cameras)
-    away = std::max(away, (camera.centre() - object.centre().cast<double>()).norm());
-  farthest_ = metres_per_unit * (away + kMoved * object.size().norm());
 }
 
 void ObjectLayer::write(size_t k, const GaussianCloud& object, const RenderOptions& options) {

@@ -74,9 +74,32 @@ std::set<std::string> written_before(const fs::path& folder) {
   return names;
 }
 
+/// As pictures.json has it, in which bytes that are not UTF-8 are U+FFFD.
+std::string written(const nlohmann::json& record) {
+  return record.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 void record_pictures(const fs::path& folder, const std::set<std::string>& names) {
   const nlohmann::json record = {{"pictures", names}};
-  write_text(folder / kPictures, record.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_text(folder / kPictures, written(record) + "\n");
+}
+
+/// Throws where one of the images would replace a file that is none of those `before`.
+void check_replaced(const fs::path& folder, const std::set<std::string>& names, const std::set<std::string>& before) {
+  for (const std::string& name : names) {
+    const std::string recorded = nlohmann::json::parse(written(name)).get<std::string>();
+    std::error_code ignored;
+    if (!before.count(recorded) && fs::exists(folder / name, ignored))
+      throw usage_error("--out", folder.string(), "holds " + name + ", which an earlier `render` did not write",
+                        "give another folder, or remove this file");
+  }
+}
+
+/// Throws where the video would replace that of the scene.
+void check_not_of_scene(const fs::path& out, const Scene& scene) {
+  std::error_code ignored;
+  if (scene.settings.video && fs::equivalent(out, scene.settings.video->file, ignored))
+    throw usage_error("--out", out.string(), "is the scene's reference video", "give another name for the video");
 }
 
 }  // namespace
@@ -119,6 +142,7 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   if (failed)
     throw usage_error("--out", out.string(), "cannot be made: " + failed.message(),
                       "give a folder that can be written");
+  if (video) check_not_of_scene(out, scene);
   std::unique_ptr<VideoWriter> writer;
   if (video) writer = std::make_unique<VideoWriter>(out, path.fps, cameras[0].width, cameras[0].height);
 
@@ -129,6 +153,7 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
       if (options.depth) now.insert(camera.name + "_depth.png");
     }
     all = written_before(out);
+    check_replaced(out, now, all);
     all.insert(now.begin(), now.end());
     record_pictures(out, all);
   }

@@ -24,7 +24,8 @@ struct PictureOptions {
 bool is_video_out(const std::filesystem::path& out);
 
 /// Renders a scene from its cameras: one PNG per camera in the folder `out`, or a video (is_video_out).  Images that
-/// an earlier call wrote into the folder, by its pictures.json, are replaced or removed; other files stay.
+/// an earlier call wrote into the folder, by its pictures.json, are replaced or removed; other files stay, and where
+/// one has the name of an image, or is the scene's own video, that is a usage error before anything is written.
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const std::filesystem::path& out);
 

@@ -76,7 +76,9 @@ json render_clip(const Context& context, const RunDirectory& run, const StageInp
   fs::remove_all(layers);
   if (stage.frames) fs::create_directories(unfinished);
   std::optional<ObjectLayer> layer;
-  if (stage.layer) layer.emplace(layers, run / "clip_object.webm", shot, bounds, scene.metres_per_unit);
+  if (stage.layer)
+    layer.emplace(layers, run / "clip_object.webm", shot, farthest_depth(shot, moving.trajectory, bounds),
+                  scene.metres_per_unit);
   int done = 0;
   const auto film = [&](const char* file, const Shot& taken,
                         const std::function<void(size_t, const TrajectoryFile::Frame&, const ImageF&)>& also) {

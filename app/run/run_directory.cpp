@@ -1,8 +1,12 @@
 #include "app/run/run_directory.h"
 
 #include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
@@ -16,12 +20,24 @@ namespace {
 
 constexpr const char* kLock = ".lock";
 
-/// Whether a name is that of a temporary of write_atomically: .NAME.tmp<digits>.EXTENSION.
-bool is_temporary(const std::string& name) {
+/// The number of the process that writes a temporary of write_atomically, .NAME.tmp<digits>.EXTENSION; empty for any
+/// other name.
+std::string writer_of(const std::string& name) {
   const size_t at = name.rfind(".tmp");
-  if (name[0] != '.' || at == std::string::npos || at == 0) return false;
-  const size_t end = name.find_first_not_of("0123456789", at + 4);
-  return end != at + 4 && (end == std::string::npos || name[end] == '.');
+  if (name[0] != '.' || at == std::string::npos || at == 0) return "";
+  const size_t begin = at + 4, end = std::min(name.find_first_not_of("0123456789", begin), name.size());
+  return end == name.size() || name[end] == '.' ? name.substr(begin, end - begin) : "";
+}
+
+bool is_temporary(const std::string& name) { return !writer_of(name).empty(); }
+
+/// Whether the process that writes a temporary is another one that lives: `view` keeps recordings in a run directory
+/// that it does not hold.
+bool is_being_written(const std::string& name) {
+  const std::string writer = writer_of(name);
+  pid_t process = 0;
+  std::from_chars(writer.data(), writer.data() + writer.size(), process);
+  return process > 0 && process != ::getpid() && (::kill(process, 0) == 0 || errno == EPERM);
 }
 
 /// Removes what a killed program was about to write into a run directory: it is nobody's.
@@ -30,8 +46,10 @@ void remove_temporaries(const fs::path& run) {
   std::error_code none;
   for (const auto& object : fs::directory_iterator(run / "objects", none)) folders.push_back(object.path());
   for (const fs::path& folder : folders)
-    for (const auto& entry : fs::directory_iterator(folder, none))
-      if (is_temporary(entry.path().filename().string())) left.push_back(entry.path());
+    for (const auto& entry : fs::directory_iterator(folder, none)) {
+      const std::string name = entry.path().filename().string();
+      if (is_temporary(name) && !is_being_written(name)) left.push_back(entry.path());
+    }
   for (const fs::path& file : left) fs::remove(file, none);
 }
 

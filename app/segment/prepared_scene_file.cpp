@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/run/scene_parts.h"
+#include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 
 namespace pliant {
@@ -129,7 +130,7 @@ void write_prepared_scene(const fs::path& file, const std::string& key, const Pr
 
 std::optional<PreparedScene> read_prepared_scene(const fs::path& file, const std::string& key,
                                                  const PrepareOptions& options, const std::vector<Camera>& cameras) {
-  if (!fs::exists(file)) return {};
+  if (!fs::is_regular_file(file)) return {};
   const std::string bytes = read_text(file), head = head_of(key);
   if (!bytes.starts_with(head) || bytes.size() < head.size() + kDigest) return {};
   const std::string body = bytes.substr(head.size() + kDigest);
@@ -163,7 +164,11 @@ PreparedScene prepared_scene(const Context& context, const RunDirectory& run, co
   context.progress.say("segment: preparing the scene for selection");
   const auto start = std::chrono::steady_clock::now();
   PreparedScene out = prepare_scene(options, scene.cloud, scene.cameras);
-  write_prepared_scene(file, key, out);
+  try {
+    write_prepared_scene(file, key, out);
+  } catch (const Error& error) {
+    context.progress.warn(std::string("segment: the prepared scene cannot be kept for the next time: ") + error.what());
+  }
   context.progress.say(fmt::format("segment: prepared {} Gaussians in {} parts and {} views ({:.1f} s)",
                                    scene.cloud.size(), out.parts.size(), out.views.size(),
                                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));

@@ -7,7 +7,8 @@
 namespace pliant {
 
 /// What selecting needs of the scene, from prepared_scene.bin of the run directory where that was made of the same
-/// splats and cameras by this version; else it is prepared, and the file written.
+/// splats and cameras by this version; else it is prepared, and the file written.  One that cannot be written is
+/// warned of.
 PreparedScene prepared_scene(const Context& context, const RunDirectory& run, const Scene& scene);
 
 /// How gestures select in a scene.

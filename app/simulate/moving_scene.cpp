@@ -5,6 +5,7 @@
 
 #include "app/import/interactions.h"
 #include "app/run/attach_scene.h"
+#include "gaussians/base/error.h"
 #include "gaussians/base/nearest.h"
 #include "gaussians/io/splats/ply.h"
 #include "gaussians/render/bind.h"
@@ -97,6 +98,14 @@ MovingScene load_moving_scene(const InputFiles& files, const Scene& scene) {
   moving.background = read_ply(files.at("background"));
   moving.particles = read_particles(files.at("particles"));
   moving.trajectory = read_trajectory(files.at("trajectory"));
+  const std::vector<TrajectoryFile::Frame>& frames = moving.trajectory.frames;
+  const size_t moved = frames.empty() ? 0 : frames[0].position.size(),
+               drivers = moving.particles.driving_position.size();
+  if (moved != drivers)
+    throw input_error(files.at("trajectory").string(), "position",
+                      "moves " + std::to_string(moved) + " particles, and " + files.at("particles").string() + " has " +
+                          std::to_string(drivers),
+                      "run `pliant simulate` again, with --recording FILE for a recording");
   moving.antialiased = scene.report.antialiased;
   moving.binding = bind_object(scene, moving.particles, moving.object);
   return moving;

@@ -34,7 +34,8 @@ std::filesystem::path background_of(const RunDirectory& run);
 /// has not been simulated.
 InputFiles moving_scene_files(const RunDirectory& run);
 
-/// `files` as moving_scene_files gave them; of the scene antialiased, up and metres_per_unit are used.
+/// `files` as moving_scene_files gave them; of the scene antialiased, up and metres_per_unit are used.  Throws
+/// Error{kInput} where the trajectory is of another number of particles.
 MovingScene load_moving_scene(const InputFiles& files, const Scene& scene);
 
 }  // namespace pliant

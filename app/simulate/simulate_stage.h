@@ -34,8 +34,9 @@ struct SimulateStage {
   double contact_friction = 0.2;  ///< Coulomb coefficient of parts of the object against each other: low, as of leaves,
                                   ///< so that none stays hooked on another
   bool obstacles = false;         ///< the rest of the scene's Gaussians are an obstacle
-  bool use_fit = true;  ///< material, damping and start of a fit, where there is one and `material` names no E
-  bool floor = true;    ///< the plane of the support is a floor, see floor_of
+  bool use_fit = true;       ///< material, damping and start of a fit, where there is one and `material` names no E
+  bool floor = true;         ///< the plane of the support is a floor, see floor_of
+  bool expects_push = true;  ///< it is said where the clip ends before the push begins; of no effect on the motion
 };
 /// Its options, bound to the fields of `stage`.
 OptionTable options_of(SimulateStage& stage);

@@ -206,13 +206,14 @@ SimulationPlan plan_simulation(const Context& context, const InputFiles& files, 
   set_by_hold(context, stage, held, plan.options);
   if (!moving && !held && !is_stopped(plan, stage, extract, scene)) set_by_fall(context, stage, plan);
   warn_of_work(context, plan.options, body.particles);
-  if (!moving && stage.interactions.empty() && stage.duration <= *push_start)
-    context.progress.say(
-        "simulate: the clip ends before the push begins: nothing pushes the object; give a longer --duration");
-  else if (!moving && stage.interactions.empty()) {
+  const bool pushed = !moving && stage.interactions.empty();
+  if (pushed && stage.duration > *push_start) {
     plan.script = sized_push(context, plan.options, files.at("object"), extract, scene, stage, body, pins, *push_start,
                              plan.push);
     plan.interactions = parse_interactions(plan.script.dump(), frame, "interactions.json");
+  } else if (pushed && stage.expects_push) {
+    context.progress.say(
+        "simulate: the clip ends before the push begins: nothing pushes the object; give a longer --duration");
   }
   plan.interactions.insert(plan.interactions.end(), pins.begin(), pins.end());
   if (stage.obstacles) plan.interactions.push_back(obstacle_of(context, files.at("background"), scene, body.particles));

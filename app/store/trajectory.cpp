@@ -55,7 +55,7 @@ TrajectoryFile::Frame TrajectoryFile::at(double time) const {
 
 std::string group_name(std::string object) {
   std::replace(object.begin(), object.end(), '/', '_');
-  return object == "." ? "_" : object;
+  return object.empty() || object == "." ? "_" : object;
 }
 
 void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::string& provenance_json) {

@@ -30,9 +30,9 @@ std::string_view suite_workflow();
 
 /// Writes `out`/Snakefile and `out`/suite.json and runs them until `out`/RESULTS.md is there.  What a killed suite has
 /// finished is not done again, nor what changed settings leave as it was; another version of Pliant does all again.
-/// RESULTS.md lists the methods of each task with their failures, and compares them where two or more methods are
-/// listed and any of them has a result.  Throws Error{kUsage} without Snakemake, Error{kInput} when a job fails
-/// otherwise than by a method's failure, which has a row of its own.
+/// `out` may be moved between two calls.  RESULTS.md lists the methods of each task with their failures, and compares
+/// them where two or more methods are listed and any of them has a result.  Throws Error{kUsage} without Snakemake,
+/// Error{kInput} when a job fails otherwise than by a method's own commands or simulations, whose failure has a row.
 nlohmann::json run_suite(const Context& context, const nlohmann::json& settings, const SuiteStage& stage,
                          const std::string& out);
 

@@ -2,7 +2,8 @@
 #   snakemake --cores 2                                            what `pliant evaluate suite` runs
 #   snakemake --cores 8 --cluster 'sbatch -c {threads}' --jobs 8   the same on a cluster
 # Settings are in suite.json beside this file.  A job that was killed continues where its run directory stands.
-# A method that fails on a scene keeps its row, as a failure.  Scenes that are begun are finished first (priority).
+# A method that fails on a scene keeps its row, as a failure; what else fails ends the job.  Scenes that are begun are
+# finished first (priority).
 
 import glob
 import hashlib
@@ -43,6 +44,20 @@ def pliant(log, *words):
         subprocess.run(command, check=True, stdout=text, stderr=subprocess.STDOUT)
 
 
+class MethodFailed(Exception):
+    """What a method that failed said last."""
+
+
+def of_method(log, *words):
+    """A command of the method itself, which has failed where pliant ends with 1 or 3."""
+    try:
+        pliant(log, *words)
+    except subprocess.CalledProcessError as error:
+        if error.returncode not in (1, 3):
+            raise
+        raise MethodFailed(open(log).read().strip().splitlines()[-1]) from error
+
+
 def write_json(file, value):
     with open(file + ".partial", "w") as out:
         json.dump(value, out, indent=1)
@@ -65,15 +80,13 @@ def earlier_seconds(run):
 
 def score(task, scene, method, log, out, measure, run=None):
     """Writes what `measure` returns, and how long all attempts in the directory `run` took unless it says "seconds"
-    itself (None = not measured).  Exit codes 1 and 3 of pliant say that the method failed; others end the job."""
+    itself (None = not measured).  What its commands `of_method` fail with is a result; all else ends the job."""
     result = {"task": task, "scene": scene, "method": method}
     earlier, begin = earlier_seconds(run) if run else 0, time.monotonic()
     try:
         result.update(measure())
-    except subprocess.CalledProcessError as error:
-        if error.returncode not in (1, 3):
-            raise
-        result["failed"] = open(log).read().strip().splitlines()[-1]
+    except MethodFailed as error:
+        result["failed"] = str(error)
     finally:
         seconds = None if earlier is None else earlier + time.monotonic() - begin
         if run:
@@ -88,6 +101,26 @@ def copy_of(prepared, run):
     if not os.path.exists(run):
         shutil.copytree(prepared, run + ".partial", dirs_exist_ok=True)
         os.rename(run + ".partial", run)
+
+
+def has_moved(scene, run):
+    """Whether the suite's folder has moved since a run directory was made, which knows the full path of its scene."""
+    if not os.path.exists(f"{run}/run.json"):
+        return False
+    source = (read_json(f"{run}/run.json").get("scene") or {}).get("source", "")
+    return os.path.realpath(os.path.join(run, source)) != os.path.realpath(f"scenes/{scene}")
+
+
+def attach(log, scene, run):
+    """Tells a run directory with a finished segmentation where its scene has moved to; its stages stay."""
+    if has_moved(scene, run):
+        pliant(log, "segment", f"scenes/{scene}", "--out", run)
+
+
+def drop_moved(scene, run):
+    """Without a finished segmentation a scene elsewhere is another one: what is unfinished begins anew."""
+    if has_moved(scene, run):
+        shutil.rmtree(run)
 
 
 def digest(*settings):
@@ -171,6 +204,7 @@ rule prepared:
     threads: THREADS
     run:
         run = prepared_run(wildcards)
+        drop_moved(wildcards.scene, run)
         pliant(log[0], "segment", f"scenes/{wildcards.scene}", "--out", run)
         for stage in ("extract", "repair"):
             pliant(log[0], stage, run)
@@ -198,6 +232,7 @@ rule motion:
 
         def measure():
             copy_of(prepared_run(wildcards), run)
+            attach(log[0], scene, run)
             errors = {"video": {}, "unseen": {}}
             video = read_json(f"scenes/{scene}/scene.json")["video"]
             shown, of_video = os.path.splitext(os.path.basename(video["file"]))[0], []
@@ -206,13 +241,13 @@ rule motion:
                 shown, of_video = "jolt", ["--video", f"scenes/{scene}/videos/jolt.mp4", "--video-camera",
                                            video["camera"], "--start", impulse["start"]]
             for command in method["commands"]:
-                pliant(log[0], command[0], run, *command[1:], *(of_video if command[0] == "fit" else []))
+                of_method(log[0], command[0], run, *command[1:], *(of_video if command[0] == "fit" else []))
             # A motion to a folder; the potted flower has one alone, that of its video.
             folders = [os.path.dirname(file) for file in sorted(glob.glob(f"{truth}/*/trajectory.h5"))]
             motions = {os.path.basename(folder): folder for folder in folders} or {shown: truth}
             for name, folder in motions.items():
-                pliant(log[0], "simulate", run, "--interactions", f"{folder}/interactions.json", *config["simulate"],
-                       *method["simulate"])
+                of_method(log[0], "simulate", run, "--interactions", f"{folder}/interactions.json",
+                          *config["simulate"], *method["simulate"])
                 pliant(log[0], "evaluate", "trajectory", only(f"{run}/objects/*/trajectory.h5"),
                        f"{folder}/trajectory.h5", "--out", f"{run}/{name}.json")
                 found = read_json(f"{run}/{name}.json")
@@ -243,8 +278,9 @@ rule segmentation:
         run = f"runs/{scene}/segmentation-{wildcards.method}-{params.settings}"
 
         def measure():
-            pliant(log[0], "segment", f"scenes/{scene}", "--out", run, "--hold-out",
-                   *METHODS["segmentation"][wildcards.method]["segment"])
+            drop_moved(scene, run)
+            of_method(log[0], "segment", f"scenes/{scene}", "--out", run, "--hold-out",
+                      *METHODS["segmentation"][wildcards.method]["segment"])
             pliant(log[0], "evaluate", "segmentation", f"{run}/held_out", f"scenes/{scene}/masks", "--common",
                    "--match", "overlap", "--out", f"{run}/segmentation.json")
             found = read_json(f"{run}/segmentation.json")

@@ -20,13 +20,25 @@ namespace {
 using nlohmann::json;
 constexpr uint64_t kValidationSeeds = 1'000'000'000;  // beyond those of training
 
-/// A digest of objects that are given besides.
+/// A digest of all that is learned from objects that are given besides.
 std::string digest_of(std::span<const MaterialObject> objects) {
   std::string bytes;
-  const auto add = [&](const void* data, size_t size) { bytes.append(static_cast<const char*>(data), size); };
+  const auto add = [&](const auto& values) {
+    bytes += std::to_string(values.size()) + ":";
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0]));
+  };
   for (const MaterialObject& o : objects) {
-    add(o.samples.position.data(), o.samples.position.size() * sizeof(Vec3f));
-    add(o.young.data(), o.young.size() * sizeof(float));
+    add(o.samples.position);
+    add(o.samples.volume);
+    add(o.samples.thickness);
+    add(o.samples.rod);
+    add(std::vector<float>{o.samples.spacing});
+    add(o.colour);
+    add(o.part);
+    add(o.up);
+    add(o.young);
+    add(o.poisson);
+    add(o.density);
   }
   return objects.empty() ? "none" : sha256_of_text(bytes);
 }
@@ -102,7 +114,8 @@ TrainingRun load(const std::filesystem::path& path, const std::string& options, 
   };
   TrainingRun run{{}, values("parameters"), values("first_moment"), values("second_moment"), {}};
   try {
-    for (const json& e : json::parse(content.text("curve", file))) run.curve.push_back({e.at(0), e.at(1), e.at(2)});
+    for (const json& e : json::parse(content.text("curve", file)))
+      run.curve.push_back({e.at(0), e.at(1), e.at(2), static_cast<int>(run.curve.size()) + 1});
   } catch (const json::exception& error) {
     throw input_error(file, "curve", error.what(), "remove the file; the training starts anew");
   }
@@ -207,6 +220,7 @@ TrainDistributionResult train_distribution(const TrainDistributionOptions& o, st
     run.second_moment = adam.second_moment();
     for (const TrainingBatch& batch : held_batches)
       row.validation += loss->value(run.parameters, batch, {}) * batch.objects / static_cast<double>(held.objects());
+    row.done = static_cast<int>(run.curve.size()) + 1;
     run.curve.push_back(row);
     if (epoch + 1 == o.epochs) run.trained.push_back(run.parameters);
     go_on = !going_on || going_on(row);

@@ -32,6 +32,7 @@ struct TrainDistributionOptions {
 struct TrainingEpoch {
   int member = 0;
   double train = 0, validation = 0;  ///< mean negative log likelihood per sample, without calibration
+  int done = 0;                      ///< epochs of all members so far, this one and those before a stop included
 };
 
 struct TrainDistributionResult {

@@ -59,6 +59,7 @@ struct MpmData {
   std::vector<Node<T>> node_displacement_rest;  ///< [nodes] what rounding cut off from it
   std::vector<T> node_damping;                  ///< [nodes] 1/s, mean of the particles'; empty = none
   std::vector<T> node_seen;                     ///< [nodes] see NodeFrame::seen
+  std::vector<T> node_filled;                   ///< [nodes] share of a cell's volume that hangs on each at rest
 };
 
 /// Where a particle is and how it moves.

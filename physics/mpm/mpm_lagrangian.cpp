@@ -170,11 +170,14 @@ void Mpm<T>::find_rest_constants() {
     damped |= r.damping_rate > T(0);
   }
   data_.node_seen.assign(data_.node.size(), T(0));
+  data_.node_filled.assign(data_.node.size(), T(0));
+  const T per_cell = data_.inverse_dx * data_.inverse_dx * data_.inverse_dx;
   for (int b = 0; b < data_.grid.particle_blocks(); ++b)
     for (int s = data_.grid.begin(b); s < data_.grid.begin(b + 1); ++s)
       for_stencil(data_, data_.reference[data_.record[s].index], [&](int at, T w, const Vec3<T>&) {
-        T& seen = data_.node_seen[node_of_patch(data_.grid, b, at)];
-        seen = std::max(seen, std::min(T(1), 8 * w));
+        const size_t node = node_of_patch(data_.grid, b, at);
+        data_.node_seen[node] = std::max(data_.node_seen[node], std::min(T(1), 8 * w));
+        data_.node_filled[node] += w * data_.record[s].volume * per_cell;
       });
   gain_.resize(slots);
   where_.resize(slots);

@@ -109,6 +109,7 @@ void Mpm<T>::apply_conditions(int n, const StepLoads<T>& loads) {
                                                                 dx,
                                                                 block.object,
                                                                 data_.node_displacement.data() + first,
+                                                                data_.node_filled.data() + first,
                                                                 node_report_[n].low,
                                                                 node_report_[n].high}
                                                  : NodeBlock<T>{data_.node.data() + first, corner, dx, block.object};

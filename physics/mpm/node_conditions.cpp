@@ -9,7 +9,7 @@ namespace {
 constexpr double kTolerance = 1e-3;  // cells; a node on the surface counts as inside
 // Cells between the surfaces at which contact starts, which allows for edges and for the body's own compression.
 constexpr double kGap = 0.25;
-constexpr double kHeldShare = 0.25;  // of the mass at first contact, down to which what sticks or slips is held
+constexpr double kHeldShare = 0.25;  // of what hangs on a node at first contact, down to which it sticks or slips
 constexpr double kReachOfBlock = 0.5 * (BlockGrid::kSide - 1) * 1.7320508075688772;  // cells from its middle
 
 template <class T>
@@ -59,11 +59,11 @@ void for_touched_nodes(const StepLoads<T>& loads, const NodeBlock<T>& block, con
     const Vec3d x = block.position(k);
     const SignedDistanceGrid::Sample at = collider.surface(x);
     if (at.distance > reach(collider) * dx) continue;
-    if (full > 0) {
-      // What the node could weigh at first contact; where two walls meet, a quarter of a node is room.
+    if (block.filled || full > 0) {
+      // What could hang on the node at first contact; where two walls meet, a quarter of a node is room.
       double room = 1;
       for (const Collider& other : loads.colliders) room *= filled_share(other.surface(x).distance / dx - kGap);
-      if (mass < share * full * room) continue;
+      if ((block.filled ? block.filled[k] : mass / full) < share * room) continue;
     }
     visit(k, at.normal, collider.velocity_at(x));
   }
@@ -116,7 +116,7 @@ void apply_node_conditions_adjoint(const StepLoads<T>& loads, const NodeBlock<T>
   std::vector<std::array<Node<T>, BlockGrid::kNodes>> met(loads.colliders.size());
   std::array<Node<T>, BlockGrid::kNodes> now;
   std::copy_n(block.node, BlockGrid::kNodes, now.begin());
-  const NodeBlock<T> moving{now.data(), block.first, block.dx, block.object, block.displacement};
+  const NodeBlock<T> moving{now.data(), block.first, block.dx, block.object, block.displacement, block.filled};
   for (size_t c = 0; c < met.size(); ++c) {
     const Collider& collider = loads.colliders[c];
     met[c] = now;

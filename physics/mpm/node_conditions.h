@@ -29,7 +29,8 @@ struct NodeBlock {
   double dx;                                ///< m
   int object = 0;                           ///< whose nodes they are
   const Node<T>* displacement = nullptr;    ///< [64] m, in Lagrangian runs
-  const T *low = nullptr, *high = nullptr;  ///< [3] bounds of those of nodes that have mass, if known
+  const T* filled = nullptr;                ///< [64] share of a cell's volume that hangs on each, likewise
+  const T *low = nullptr, *high = nullptr;  ///< [3] bounds of the displacements of nodes that have mass, if known
 
   Vec3d rest_position(int k) const {
     constexpr int s = BlockGrid::kSide;
@@ -47,15 +48,16 @@ struct NodeBlock {
 /// cell behind itself, and rows are on average half a cell apart from the surface.
 constexpr double kPinReach = 0.75;
 
-/// Share of a node's spline that lies in a half space, `distance` cells above whose face the node is: the mass of the
-/// node, over density dx^3, when the half space is full.
+/// Share of a node's spline that lies in a half space, `distance` cells above whose face the node is: the volume that
+/// hangs on the node, over dx^3, when the half space is full.
 double filled_share(double distance);
 
 /// Makes the velocities of a block's nodes obey the pins and colliders of `loads`; lane 3 is the mass.
-/// A node in or near a collider is held back only once it has the mass that a body touching the surface gives it: so
-/// contact begins when surfaces meet, wherever the nodes lie, and not a cell earlier.  What sticks or slips is
-/// held until three quarters of that mass are gone.  Colliders act on nodes where they are now; pins in Lagrangian runs
-/// on those that were in the region at rest, so that nothing else sticks to them.
+/// A node in or near a collider is held back only once as much of the body hangs on it as of one that touches the
+/// surface: so contact begins when surfaces meet, wherever the nodes lie, and not a cell earlier.  What sticks or slips
+/// is held until three quarters of that are gone.  How much it is tells NodeBlock::filled; without it, mass over the
+/// mean density of the object, by which light parts of an uneven body touch late.  Colliders act on nodes where they
+/// are now; pins in Lagrangian runs on those that were in the region at rest, so that nothing else sticks to them.
 /// `impulse`, if given, has room for one vector per collider and one per pin, to which the momentum [N s] given to the
 /// nodes is added.
 template <class T>

@@ -57,7 +57,7 @@ std::map<uint32_t, std::string> read_label_names(const fs::path& file) {
     if (error != std::errc() || end != key.data() + key.size() || id == 0)
       throw input_error(file.string(), key, "is not an ID, an integer above 0", remedy);
     if (!value.is_string()) throw input_error(file.string(), key, "has a name that is not a string", remedy);
-    names[id] = value.get<std::string>();
+    if (const std::string name = value; !name.empty()) names[id] = name;
   }
   return names;
 }

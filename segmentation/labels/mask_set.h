@@ -40,7 +40,7 @@ using FitMask = std::function<IdImage(const IdImage& ids, int camera)>;
 MaskSet load_masks(const std::filesystem::path& folder, const std::filesystem::path& labels,
                    const std::vector<Camera>& cameras, const FitMask& fit = {});
 
-/// Names of labels.json: a JSON object id -> name.
+/// Names of labels.json: a JSON object id -> name; an empty name is none.
 std::map<uint32_t, std::string> read_label_names(const std::filesystem::path& file);
 
 /// The file that names the objects of masks in `folder`: the labels.json among them, else `labels`, which may be empty.

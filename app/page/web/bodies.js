@@ -10,7 +10,7 @@ const kMemoryNumbers = 19;    // of a driver, see solver_memory
 
 /** A body of the solver: the drivers of a level with their material. */
 export class Body {
-  /** `recorded`: the level of the baked motion and its source; the body may be of another level. */
+  /** `recorded`: {level, source} of the baked motion (see BakedMotion); the body may be of another level. */
   constructor(header, level, material, recorded) {
     this.level = level;
     this.count = level.count;
@@ -29,12 +29,10 @@ export class Body {
     return {body: {numbers: this.numbers, metres: this.metres, position, ...this.material}};
   }
 
-  /** Drivers of this level in the recording at a frame, copied: {positions, gradients}. */
+  /** Drivers of this level in the recording at a frame, in new arrays: {positions, gradients}. */
   at(frame) {
-    const drivers = this.recorded.source.frameAt(frame);
-    if (this.level === this.recorded.level) {
-      return {positions: drivers.positions.slice(), gradients: drivers.gradients.slice()};
-    }
+    const {source} = this.recorded, drivers = source.frameAt(frame, source.arrays());
+    if (this.level === this.recorded.level) return drivers;
     this.carrier ??= new Carrier(this.level.rest, this.recorded.level.rest);
     return this.carrier.carry(drivers);
   }

@@ -63,6 +63,8 @@ export class HandInput {
     const {hand, viewer} = this.physics;
     this.pointer = null;
     this.byKeys = false;
+    // The pointer may have moved since the last picture, and the way of a push is that of the hand up to now.
+    if (hand.held?.tool === 'push') hand.update(viewer.pageView());
     if (cancelled && ['push', 'pin'].includes(hand.held?.tool)) hand.drop();
     else hand.end();
     viewer.dirty = true;

@@ -80,20 +80,28 @@ export class BakedMotion {
     this.steps = steps;
     this.position = decode('position', 3);
     this.gradient = decode('gradient', 9);
-    this.out = {positions: new Float32Array(3 * drivers), gradients: new Float32Array(9 * drivers)};
+    this.out = this.arrays();
   }
 
-  /** Drivers at a frame, in between by linear interpolation: {positions [M, 3], gradients [M, 9] row-major}. */
-  frameAt(frame) {
+  /** Arrays for the drivers of a frame. */
+  arrays() {
+    return {positions: new Float32Array(3 * this.drivers), gradients: new Float32Array(9 * this.drivers)};
+  }
+
+  /**
+   * Drivers at a frame, in between by linear interpolation: {positions [M, 3], gradients [M, 9] row-major}; in `out`
+   * (see arrays), else in arrays that the next call without it fills again.
+   */
+  frameAt(frame, out = this.out) {
     const at = Math.min(Math.max(frame, 0), this.frames - 1);
     const first = Math.floor(at), share = at - first, drivers = this.drivers;
-    const {positions, gradients} = this.out;
-    const fill = (out, stored, components, step) => {
+    const {positions, gradients} = out;
+    const fill = (values, stored, components, step) => {
       for (let c = 0; c < components; ++c) {
         const lane = (first * components + c) * drivers;
         const next = share > 0 ? lane + components * drivers : lane;
         for (let m = 0; m < drivers; ++m) {
-          out[components * m + c] = step * (stored[lane + m] + share * (stored[next + m] - stored[lane + m]));
+          values[components * m + c] = step * (stored[lane + m] + share * (stored[next + m] - stored[lane + m]));
         }
       }
     };
@@ -105,7 +113,7 @@ export class BakedMotion {
       ++gradients[i + 4];
       ++gradients[i + 8];
     }
-    return this.out;
+    return out;
   }
 }
 

@@ -108,9 +108,13 @@ template <class T>
 NodeBlock<T> StepAdjoint<T>::node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const {
   const BlockGrid::Coordinates& block = step.grid->node_block(n);
   const double dx = solver_.dx;
-  return {block_of(nodes, n), solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z),
-          dx, block.object,
-          step.lagrangian() ? step.node_displacement.data() + static_cast<size_t>(n) * BlockGrid::kNodes : nullptr};
+  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
+  return {block_of(nodes, n),
+          solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z),
+          dx,
+          block.object,
+          step.lagrangian() ? step.node_displacement.data() + first : nullptr,
+          step.lagrangian() ? solver_.node_filled.data() + first : nullptr};
 }
 
 template <class T>

@@ -109,12 +109,13 @@ class Choice : public FitVideo {
   }
   nlohmann::json data() const { return choose_data(*run_, scene_, {}); }
   std::string page() { return site_.handler().page("")->body; }
-  /// The first message with this field.
+  /// The first message with this field; `said_` gathers the sentences up to it.
   nlohmann::json await(const std::string& field) {
     for (int k = 0; k < 10000; ++k) {
       const std::string text = inbox_->next();
       if (text.empty()) break;
       nlohmann::json message = nlohmann::json::parse(text);
+      said_ += message.value("said", "") + "\n";
       if (message.contains(field)) return message[field];
       if (message.contains("failed") || message.contains("error")) ADD_FAILURE() << text;
     }
@@ -130,6 +131,7 @@ class Choice : public FitVideo {
   std::unique_ptr<Chooser> chooser_;
   std::shared_ptr<Inbox> inbox_;
   std::unique_ptr<Client> client_;
+  std::string said_;
 };
 
 }  // namespace pliant

@@ -119,6 +119,22 @@ TEST_F(Choice, WhatFailsBehindIsToldOnTheConsoleAndToThoseWhoComeLater) {
   const auto late = std::make_shared<Inbox>();
   const auto client = site_.handler().connect(late);
   EXPECT_EQ(json::parse(late->next()), json({{"failed", "the disk is full"}}));
+  client->receive(R"({"select": {"clicks": ["0,1,2"]}})");
+  EXPECT_NE(json::parse(late->next())["error"].get<std::string>().find("could not be prepared"), std::string::npos);
+}
+
+TEST_F(Choice, MarksAreAnsweredAlthoughThePreparedSceneCannotBeKept) {
+  const std::string click = middle_of(plant()).click;
+  stop();
+  fs::remove(*run_ / "prepared_scene.bin");
+  fs::create_directories(*run_ / "prepared_scene.bin/of_somebody");
+  gate_.close_at("segment: preparing");
+  start();
+  gate_.await_stop();
+  client_->receive(json({{"select", {{"clicks", {click}}}}}).dump());
+  gate_.open();
+  EXPECT_TRUE(await("selected").is_object());
+  EXPECT_NE(said_.find("cannot be kept"), std::string::npos) << said_;
 }
 
 TEST_F(Choice, AHoleThatCannotBeRepairedIsToldToWhoMovesTheObjectNowOrLater) {

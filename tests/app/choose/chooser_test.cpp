@@ -11,6 +11,7 @@
 #include "app/simulate/moving_scene.h"
 #include "segmentation/select/gesture_prompts.h"
 #include "tests/app/choose/choice.h"
+#include "tests/app/finished_stage.h"
 #include "tests/app/live/site_in_browser.h"
 
 namespace fs = std::filesystem;
@@ -42,6 +43,8 @@ TEST_F(Choice, WhatIsChosenIsMadeReadyAndThenShownToBeMoved) {
   EXPECT_EQ(await("busy"), "make");
   EXPECT_TRUE(await("progress").is_object());
   EXPECT_EQ(await("reload"), true);
+  EXPECT_NE(said_.find("simulate: "), std::string::npos) << said_;
+  EXPECT_EQ(said_.find("--duration"), std::string::npos) << "nobody chose how long it is: " << said_;
   EXPECT_NE(page().find("pliant-live\""), std::string::npos);
   EXPECT_TRUE(run_->has("simulate"));
   EXPECT_EQ(run_->manifest()["stages"]["predict"]["options"]["label"], "potted plant");
@@ -54,6 +57,31 @@ TEST_F(Choice, WhatIsChosenIsMadeReadyAndThenShownToBeMoved) {
   EXPECT_NE(inbox->next().find("repaired"), std::string::npos) << "who moves it is told";
   EXPECT_EQ(moving_scene_files(*run_).at("background"), *run_ / "background_repaired.ply");
   EXPECT_NE(page().find("pliant-live\""), std::string::npos);
+}
+
+TEST_F(Choice, AFitOfOtherParticlesOrAnUnfinishedOneKeepsNoObjectFromBeingMoved) {
+  json fit = finished_stage(json::object(), json::array({"fit/results.json", object_folder(*run_) + "/material.h5"}));
+  fit["inputs"]["particles"] = "hash of others";
+  const json begun = {{"replaced", {{"record", fit}, {"moved", json::array()}, {"written", json::array()}}}};
+  for (const bool finished : {true, false}) {
+    stop();
+    json record = json::parse(read_text(*run_ / "run.json"));
+    record["stages"].erase("fit");
+    if (finished)
+      record["stages"]["fit"] = fit;
+    else
+      record["begun"]["fit"] = begun;
+    write_text(*run_ / "run.json", record.dump());
+    run_ = std::make_unique<RunDirectory>(RunDirectory::open(folder / "choice"));
+    start();
+    said_.clear();
+    client_->receive(json({{"make", {{"object", plant()}, {"label", "potted plant"}}}}).dump());
+    EXPECT_EQ(await("reload"), true);
+    EXPECT_NE(said_.find(finished ? "not used: it was made with other particles" : "not used: one that is to replace"),
+              std::string::npos)
+        << said_;
+    EXPECT_EQ(await("busy"), "");
+  }
 }
 
 // In the browser: a row of the contact sheet shows its object as the view does and darkens what is around it.

@@ -332,8 +332,9 @@ TEST(ConfigFile, GivesWayToTheCommandLineByAnyNameOfAnOption) {
 TEST(ConfigFile, WhatIsNoFlagIsNotTurnedOff) {
   const TemporaryFolder folder;
   const std::string absent = (folder / "absent").string();
-  const auto refused = [&](std::vector<std::string> command, const std::string& key) {
-    const std::string config = folder.file("config.json", "{\"" + key + "\": false}").string();
+  const auto refused = [&](std::vector<std::string> command, const std::string& key,
+                           const std::string& values = "false") {
+    const std::string config = folder.file("config.json", "{\"" + key + "\": " + values + "}").string();
     command.insert(command.end(), {"--config", config});
     const Printed printed = print(command);
     EXPECT_EQ(printed.code, 2) << command[0] << " " << key;
@@ -342,6 +343,10 @@ TEST(ConfigFile, WhatIsNoFlagIsNotTurnedOff) {
   refused({"run", absent}, "no-such");
   refused({"run", absent}, "video");  // a file
   refused({"demo", "--out", absent}, "video");
+  // Without a value it does not take the next option for one.
+  refused({"run", absent}, "label", R"(true, "no-video": true)");
+  for (const char* none : {"true", "null"}) refused({"run", absent}, "label", none);
+  refused({"run", absent}, "quiet", "null");
   const std::string config = folder.file("config.json", R"({"quiet": false, "json": false})").string();
   EXPECT_EQ(print({"info", absent, "--config", config}).code, 1) << "flags are";
 }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/demo/make_demo.h"
@@ -254,6 +255,33 @@ TEST(DemoKinds, WithADamagedCacheOrOneThatCannotBeMadeMotionsAreComputedAnew) {
   EXPECT_EQ(first.time_step, third.time_step);
   EXPECT_EQ(first.samples.position, third.samples.position);
   EXPECT_NE(first.frames.back().x, first.frames.front().x);
+}
+
+TEST(DemoKinds, TheCacheKnowsTheSolverByAMotionInWhichPartsMeet) {
+  const ReferenceMotion motion = solver_sample();
+  ASSERT_EQ(motion.frames.size(), 28u);
+  constexpr size_t kFoot = 240, kPlate = 112;
+  constexpr double kCell = 0.01;
+  std::vector<double> gaps;
+  for (const SimulationState& state : motion.frames) {
+    ASSERT_EQ(state.x.size(), kFoot + 3 * kPlate);
+    double left = -INFINITY, right = INFINITY;
+    for (size_t i = kFoot; i < kFoot + kPlate; ++i) {
+      left = std::max<double>(left, state.x[i].x());
+      right = std::min<double>(right, state.x[i + kPlate].x());
+    }
+    gaps.push_back(right - left);
+  }
+  // They begin beyond what can hang together, come within the reach of contact, 0.8 cells, and do not pass each other.
+  EXPECT_NEAR(gaps.front(), 6.5 * kCell, 0.2 * kCell);
+  EXPECT_LT(*std::min_element(gaps.begin(), gaps.end()), 1.2 * kCell);
+  EXPECT_GT(*std::min_element(gaps.begin(), gaps.end()), 0);
+  // A difference in one bit is another solver's.
+  EXPECT_EQ(digest_of(motion), digest_of(solver_sample()));
+  ReferenceMotion other = motion;
+  float& last = other.frames.back().v.back().x();
+  last = std::nextafter(last, 1.0f);
+  EXPECT_NE(digest_of(motion), digest_of(other));
 }
 
 TEST(DemoKinds, FilesOfASceneSayWhatItIsMadeOf) {

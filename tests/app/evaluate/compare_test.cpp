@@ -87,6 +87,30 @@ TEST_F(Compare, MissingAndUnknownResultsAreFailuresAndCountAsTheWorst) {
   EXPECT_NEAR(ours["mean"].get<double>(), 2.7 / 4, 1e-12);
 }
 
+TEST_F(Compare, AFailureCountsInANestedMetricAsInThatOfTheTable) {
+  for (const char* scene : {"a", "b"})
+    write("ours", scene,
+          {{"unseen", {{"frequency_error", 0.3}}}, {"video", {{"ssim", 0.6}}}, {"own", {{"share", 0.7}}}});
+  write("theirs", "a", {{"unseen", {{"frequency_error", 0.2}}}, {"video", {{"ssim", 0.9}}}, {"own", {{"share", 0.2}}}});
+  write("theirs", "b", {{"failed", "no motion"}});
+  CompareOptions options;
+  options.metrics = {"unseen.frequency_error:lower", "video.ssim:higher", "own.share:lower"};
+  const json found = compare({"ours", "theirs"}, options);
+  // Standing still has a frequency error of 1, no picture an SSIM of 0; of what is not in the table the worst is known.
+  const std::vector<std::string> metrics = {"unseen.frequency_error", "video.ssim", "own.share"};
+  const std::vector<double> counts_as = {1, 0, 0.7}, means = {0.6, 0.45, 0.45};
+  for (size_t k = 0; k < metrics.size(); ++k) {
+    const json& row = row_of(found["means"], "method", "theirs", metrics[k]);
+    EXPECT_EQ(row["failures"], 1) << metrics[k];
+    EXPECT_NEAR(row["failure_counts_as"].get<double>(), counts_as[k], 1e-12) << metrics[k];
+    EXPECT_NEAR(row["mean"].get<double>(), means[k], 1e-12) << metrics[k];
+  }
+  options.metrics = {"unseen.frequency_error:higher"};
+  expect_error(Failure::kUsage, {"unseen.frequency_error:higher", "write 'unseen.frequency_error:lower'"}, [&] {
+    compare({"ours", "theirs"}, options);
+  });
+}
+
 TEST_F(Compare, DroppingTheWorstResultsMakesNoMethodBetter) {
   for (int i = 0; i < 6; ++i) {
     write("ours", std::to_string(i), {{"ssim", 0.8}});

@@ -105,6 +105,9 @@ TEST(EvaluateTrajectory, AFrequencyOfOnePeriodInTheRecordIsFound) {
   EXPECT_NEAR(slow["frequency_error"].get<double>(), 1 - slow["tip"]["frequency_below"].get<double>() / 0.5, 0.01);
   EXPECT_GT(slow["frequency_error"], 0.2);
   EXPECT_LT(slow["frequency_error"], 0.7);
+  // What hardly moves does not pass for slow.
+  write_trajectory(folder / "faint.h5", swaying(51, 48, 24, 0.15, 0.002), "{}");
+  EXPECT_EQ(evaluate_trajectory(folder / "faint.h5", folder / "truth.h5")["frequency_error"], 1);
 }
 
 TEST(EvaluateTrajectory, TheTipOfWhatHangsIsItsLowerEnd) {

@@ -18,19 +18,16 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-/// A rod that a force holds aside until 0.6 s, about which it swings and comes to rest faster than after it; at 6 s it
-/// is let go again.
-std::filesystem::path write_pushed_rod(const std::filesystem::path& file, int frames = 90) {
+/// A rod whose frames lean by `sway_at` of their times [s].
+template <class Sway>
+std::filesystem::path write_rod(const std::filesystem::path& file, double fps, int frames, const Sway& sway_at) {
   TrajectoryFile t;
-  t.fps = 30;
+  t.fps = fps;
   t.up = {0, 0, 1};
-  const double omega = 2 * M_PI * 1.3;
   for (int f = 0; f < frames; ++f) {
     TrajectoryFile::Frame frame;
-    frame.time = f / 30.0;
-    const double free = frame.time - (f < 180 ? 0.6 : 6);
-    const double sway = free < 0 ? 0.1 * (1 - std::exp(-3 * frame.time) * std::cos(omega * frame.time))
-                                 : 0.1 * std::exp(-0.5 * free) * std::cos(omega * free);
+    frame.time = f / fps;
+    const double sway = sway_at(frame.time);
     for (int p = 0; p <= 20; ++p) frame.position.push_back(Vec3d(0.05 * p * sway, 0, 0.05 * p).cast<float>());
     frame.velocity.assign(21, Vec3f::Zero());
     frame.F.assign(21, Mat3f::Identity());
@@ -39,6 +36,18 @@ std::filesystem::path write_pushed_rod(const std::filesystem::path& file, int fr
   std::filesystem::create_directories(file.parent_path());
   write_trajectory(file, t, "{}");
   return file;
+}
+
+constexpr double kOmega = 2 * M_PI * 1.3;
+
+/// A rod that a force holds aside until 0.6 s, about which it swings and comes to rest faster than after it; at 6 s it
+/// is let go again.
+std::filesystem::path write_pushed_rod(const std::filesystem::path& file, int frames = 90) {
+  return write_rod(file, 30, frames, [](double time) {
+    const double free = time - (time < 6 - 1e-9 ? 0.6 : 6);
+    return free < 0 ? 0.1 * (1 - std::exp(-3 * time) * std::cos(kOmega * time))
+                    : 0.1 * std::exp(-0.5 * free) * std::cos(kOmega * free);
+  });
 }
 
 constexpr const char* kPush = R"([{"type": "point_force", "region": "all", "force": [1, 0, 0], "start": 0.1,
@@ -66,6 +75,28 @@ TEST(LastLoad, ATrajectoryIsFreeFromTheEndOfItsLoadsOn) {
   }
   folder.file("beside/interactions.json", R"([{"type": "shove"}])");
   expect_error(Failure::kUsage, {"interactions.json", "shove"}, [&] { evaluate_motion(rod, rod); });
+}
+
+// The force ends at 0.62 s.  At 24 fps the first free frame is at 0.625 s; at 10 fps that at 0.6 s is nearest to it,
+// and not free.
+TEST(LastLoad, WhatIsFreeBeginsAfterTheLoadsAtAnyFrameRate) {
+  const TemporaryFolder folder;
+  const auto sway = [](double time) {
+    return time < 0.62 ? 0.5 : 0.1 * std::exp(-0.5 * time) * std::cos(kOmega * time);
+  };
+  const auto fine = write_rod(folder / "fine/trajectory.h5", 24, 96, sway),
+             coarse = write_rod(folder / "coarse/trajectory.h5", 10, 40, sway);
+  for (const char* script : {"fine/interactions.json", "coarse/interactions.json"})
+    folder.file(script, R"([{"type": "point_force", "region": "all", "force": [1, 0, 0], "start": 0.1,
+                             "duration": 0.52}])");
+  for (const auto& [ours, truth] : {std::pair{coarse, fine}, std::pair{fine, coarse}}) {
+    const json out = evaluate_motion(ours, truth);
+    EXPECT_EQ(out["free_from_by"], "interactions.json") << ours;
+    for (const char* side : {"truth", "prediction"}) {
+      EXPECT_NEAR(out[side]["frequency_hz"].get<double>(), 1.3, 0.002) << ours << side;
+      EXPECT_NEAR(out[side]["damping_time_s"].get<double>(), 2, 0.01) << ours << side;
+    }
+  }
 }
 
 TEST(LastLoad, TheFrequencyOfTheTipIsThatAfterTheLoads) {

@@ -98,6 +98,18 @@ TEST(EvaluateLerfMask, MissingAndWronglySizedMasksAreListedAndScoreNothing) {
   EXPECT_EQ(found["paper_compatible"]["miou"], 1);
 }
 
+TEST(EvaluateLerfMask, FoldersWithoutPicturesBesideTheViewsAreNoViews) {
+  const TemporaryFolder folder;
+  for (const char* side : {"truth", "ours"}) {
+    write_box(folder / side / "0/cup.png", 10, 20);
+    folder.file(std::string(side) + "/logs/training.txt", "");
+    fs::create_directories(folder / side / "empty");
+  }
+  const json found = evaluate_lerf_mask(folder / "ours", folder / "truth");
+  EXPECT_EQ(found["masks"], 1);
+  EXPECT_EQ(found["miou"], 1);
+}
+
 TEST(EvaluateLerfMask, FoldersWithoutMasksAreRefused) {
   const TemporaryFolder folder;
   write_box(folder / "truth/0/cup.png", 10, 20);

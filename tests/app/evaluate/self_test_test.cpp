@@ -3,7 +3,10 @@
 #include "app/evaluate/self_test.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <set>
 
 #include "app/evaluate/metric_table.h"
@@ -50,6 +53,34 @@ TEST(SelfTest, TheCommandWritesItsTables) {
   EXPECT_NE(testing::internal::GetCapturedStdout().find("| command |"), std::string::npos);
   for (const char* name : {"self-test.json", "self-test.md", "self-test_checks.csv"})
     EXPECT_TRUE(std::filesystem::exists(folder / "out" / name)) << name;
+}
+
+// In a folder with a name so long that no file fits in it, all that is read from files is missed.
+TEST(SelfTest, OneThatFailsPrintsItsJsonAsWell) {
+  const TemporaryFolder folder;
+  constexpr size_t kLongest = 4095;  // PATH_MAX without the end
+  std::string place = folder.path().string();
+  const size_t own = ("/pliant_self_test_" + std::to_string(::getpid())).size();
+  while (place.size() + own < kLongest) {
+    const size_t left = kLongest - own - place.size();
+    size_t letters = std::min<size_t>(200, left - 1);
+    if (left - 1 - letters == 1) --letters;
+    place += "/" + std::string(letters, 'x');
+  }
+  std::filesystem::create_directories(place);
+  const char* before = std::getenv("TMPDIR");
+  const std::string usual = before ? before : "";
+  testing::internal::CaptureStdout();
+  ::setenv("TMPDIR", place.c_str(), 1);
+  EXPECT_EQ(run_quietly({"evaluate", "self-test", "--json"}), 1);
+  if (before)
+    ::setenv("TMPDIR", usual.c_str(), 1);
+  else
+    ::unsetenv("TMPDIR");
+  const json result = json::parse(testing::internal::GetCapturedStdout(), nullptr, false);
+  ASSERT_TRUE(result.is_object());
+  EXPECT_EQ(result["kind"], "self-test");
+  EXPECT_GT(result["failed"].get<int>(), 0);
 }
 
 }  // namespace

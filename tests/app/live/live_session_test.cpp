@@ -191,6 +191,10 @@ TEST(LiveSession, AStifferBodyTakesMoreSubstepsUpToALimit) {
 TEST(LiveCommand, RefusesWhatIsNoCommand) {
   const json good = grab_of(3, {0, 0, 0}, 0.01);
   EXPECT_NO_THROW(command(good));
+  ASSERT_EQ(good[2].size(), 22u) << "as the protocol says";
+  json longer = good, shorter = good;
+  longer[2].push_back(0);
+  shorter[2].erase(size_t{21});
   std::vector<json> bad = {nullptr,
                            3,
                            "begin",
@@ -202,6 +206,8 @@ TEST(LiveCommand, RefusesWhatIsNoCommand) {
                            {"begin", 1.5, good[2]},
                            {"begin", 1, {{"type", "nothing"}}},
                            {"begin", 1, json::array({1, 2})},
+                           longer,
+                           shorter,
                            {"move", 1, 0, 0},
                            {"move", 1, 0, 0, "x"},
                            {"move", 1, 0, 0, 1e300},

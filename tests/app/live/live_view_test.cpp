@@ -11,6 +11,8 @@
 #include "app/commands/command.h"
 #include "app/live/live_client.h"
 #include "app/page/clip_html.h"
+#include "app/simulate/driver_level.h"
+#include "app/store/particles.h"
 #include "app/store/trajectory.h"
 #include "gaussians/io/files/files.h"
 #include "tests/app/live/inbox.h"
@@ -127,12 +129,14 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
     client.receive(json({{"id", 1}, {"start", {{"frame", 4}}}}).dump());
     client.receive(json({{"id", 2}, {"commands", {{"begin", 50, grab}}}, {"frames", 3}}).dump());
     client.receive(R"({"id": 3, "commands": [["drag", 50, 0.02, 0.01, 0]], "frames": 5})");
-    client.receive(R"({"id": 4, "commands": [["set", 3, 0.2, 0, 0, -5], ["drag", 50, -0.02, 0, 0.01]], "frames": 4})");
+    client.receive(R"({"id": 4, "commands": [["set", 3, 0.2, 0, 0, -5], ["drag", 50, -0.02, 0, 0.01],
+                       ["begin", 0, {"type": "wind", "wind": [3, 0, 0]}]], "frames": 4})");
     client.receive(R"({"id": 5, "commands": [["end", 50]], "frames": 6})");
     EXPECT_EQ(json::parse(inbox_->next())["id"], 1);
     for (int k = 0; k < 4; ++k) {
       last = inbox_->next();
       EXPECT_TRUE(meta_of(last)["failed"].is_null()) << meta_of(last);
+      EXPECT_EQ(meta_of(last)["refused"].size(), k == 2 ? 1u : 0u) << "0 is the number of a pin";
     }
     drivers = live_->drivers();
   }
@@ -169,8 +173,21 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
   size_t filmed = 0;
   for (const auto clip = open_frames(folder / "run/clip.mp4", 0); clip->next();) ++filmed;
   EXPECT_EQ(filmed, 19u);
-  fs::remove(motion);
+  // Beside the particles of another level it shows nothing.
+  write_particles(motion.parent_path() / "recording_particles.h5",
+                  with_drivers(live_->moving.particles, live_->scene, 150), "{}");
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"render", run, "--recorded"}), 1);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find(motion.string() + ": position"), std::string::npos) << said;
+  EXPECT_EQ(said.find("internal error"), std::string::npos) << said;
+  // Where a replay cannot be written, the motion of an earlier one is gone.
+  const fs::path blocked = temporary_name(motion);
+  write_text(blocked / "of_somebody", "");
+  EXPECT_EQ(run_quietly({"simulate", run, "--recording", file.string()}), 1);
+  EXPECT_FALSE(fs::exists(motion));
   EXPECT_EQ(run_quietly({"render", run, "--recorded"}), 2);
+  fs::remove_all(blocked);
   json damaged = json::parse(read_text(file));
   damaged["held"] = damaged["held"].get<int>() + 1;  // another script than then
   write_text(folder / "damaged.json", damaged.dump());
@@ -193,6 +210,17 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
   damaged["simulated"]["inputs"]["object"] = "other splats";
   damaged["object"] = "elephant";
   EXPECT_NE(replay(damaged, 1).find("elephant"), std::string::npos);
+  // Where splats did not count for the motion, the particles tell one that was renamed from another.
+  const fs::path manifest = folder / "run/run.json";
+  const std::string whole = read_text(manifest);
+  json record = json::parse(whole);
+  record["stages"]["simulate"]["inputs"].erase("object");
+  write_text(manifest, record.dump());
+  damaged["simulated"]["inputs"].erase("object");
+  EXPECT_EQ(replay(damaged, 0).find("elephant"), std::string::npos);
+  damaged["simulated"]["inputs"]["particles"] = "other particles";
+  EXPECT_NE(replay(damaged, 1).find("elephant"), std::string::npos);
+  write_text(manifest, whole);
   damaged.erase("simulated");
   damaged.erase("object");
   EXPECT_EQ(replay(damaged, 0).find("another motion"), std::string::npos) << "as earlier ones are";

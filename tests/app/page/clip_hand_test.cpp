@@ -10,41 +10,6 @@ using nlohmann::json;
 namespace pliant {
 namespace {
 
-/// What a person presses in the page: `press(key, repeat)`, and `until(condition)`.
-const std::string kPress = R"(
-    const press = (key, repeat = false) => document.body.dispatchEvent(new KeyboardEvent('keydown', {key, repeat,
-      bubbles: true, cancelable: true}));
-    const until = async (done) => {
-      for (let k = 0; k < 400 && !done(); ++k) await new Promise((next) => setTimeout(next, 50));
-    };
-    const hold = () => until(() => pliant.live() || (press('g'), pliant.live()));
-    const frame = () => Number(document.getElementById('scrub').value);
-    await pliant.ready;
-    await pliant.solver.ready;
-    pliant.setLevel(pliant.solver.levels.length - 1);
-    press('Home');
-)";
-
-/// And with fingers: `touch(type, id, x, y)`, and `find()`, which lays the first on the object and gives its place.
-const std::string kTouch = R"(
-    const canvas = document.getElementById('canvas'), {left, top, width, height} = canvas.getBoundingClientRect();
-    canvas.setPointerCapture = () => {};
-    const touch = (type, id, x, y) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: id, pointerType: 'touch',
-      isPrimary: id === 1, button: 0, clientX: x, clientY: y, bubbles: true}));
-    const find = async () => {
-      let place = null;
-      await until(() => {
-        for (let k = 0; k < 400 && !pliant.live(); ++k) {
-          place = [left + (k % 20 + 0.5) * width / 20, top + (Math.floor(k / 20) + 0.5) * height / 20];
-          touch('pointerdown', 1, ...place);
-          if (!pliant.live()) touch('pointerup', 1, ...place);
-        }
-        return pliant.live();
-      });
-      return place;
-    };
-)";
-
 TEST_F(ClipPageTest, AtTheEndOfAReplayTheHandLetsGo) {
   if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
   const json answer = evaluate("(async () => {" + names_of_top(0.1f) + R"(
@@ -128,6 +93,28 @@ TEST_F(ClipPageTest, PinsAreMadeByATapAndNotByAPinch) {
   })())");
   ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
   EXPECT_EQ(answer["value"], json({{"pinched", 0}, {"tapped", 1}, {"live", true}, {"errors", json::array()}}));
+}
+
+// Between two pictures the hand has no other place than that of the pointer.
+TEST_F(ClipPageTest, APushThatIsQuickerThanAPictureGoesWhereItWasAimed) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const json answer = evaluate("(async () => {" + kPress + kTouch + R"(
+    press('3');
+    const place = await find();
+    touch('pointermove', 1, place[0] + 60, place[1]);
+    touch('pointerup', 1, place[0] + 60, place[1]);
+    await until(() => pliant.recording().interactions.length > 0);
+    const [{type, impulse}] = pliant.recording().interactions;
+    const right = JSON.parse(document.getElementById('clip-header').textContent).clip.camera.cam_from_world.slice(0, 3);
+    return {type, length: Math.hypot(...impulse), along: impulse.reduce((sum, x, c) => sum + x * right[c], 0),
+      errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["errors"], json::array());
+  EXPECT_EQ(value["type"], "impulse");
+  EXPECT_GT(value["length"].get<double>(), 0);
+  EXPECT_GT(value["along"].get<double>(), 0.99 * value["length"].get<double>()) << "to the right, as the drag";
 }
 
 TEST_F(ClipPageTest, AFingerPullsAndKeepsHoldWhileTheTabIsHidden) {

@@ -17,6 +17,41 @@
 
 namespace pliant {
 
+/// What a person presses in the page: `press(key, repeat)`, and `until(condition)`.
+inline const std::string kPress = R"(
+    const press = (key, repeat = false) => document.body.dispatchEvent(new KeyboardEvent('keydown', {key, repeat,
+      bubbles: true, cancelable: true}));
+    const until = async (done) => {
+      for (let k = 0; k < 400 && !done(); ++k) await new Promise((next) => setTimeout(next, 50));
+    };
+    const hold = () => until(() => pliant.live() || (press('g'), pliant.live()));
+    const frame = () => Number(document.getElementById('scrub').value);
+    await pliant.ready;
+    await pliant.solver.ready;
+    pliant.setLevel(pliant.solver.levels.length - 1);
+    press('Home');
+)";
+
+/// And with fingers: `touch(type, id, x, y)`, and `find()`, which lays the first on the object and gives its place.
+inline const std::string kTouch = R"(
+    const canvas = document.getElementById('canvas'), {left, top, width, height} = canvas.getBoundingClientRect();
+    canvas.setPointerCapture = () => {};
+    const touch = (type, id, x, y) => canvas.dispatchEvent(new PointerEvent(type, {pointerId: id, pointerType: 'touch',
+      isPrimary: id === 1, button: 0, clientX: x, clientY: y, bubbles: true}));
+    const find = async () => {
+      let place = null;
+      await until(() => {
+        for (let k = 0; k < 400 && !pliant.live(); ++k) {
+          place = [left + (k % 20 + 0.5) * width / 20, top + (Math.floor(k / 20) + 0.5) * height / 20];
+          touch('pointerdown', 1, ...place);
+          if (!pliant.live()) touch('pointerup', 1, ...place);
+        }
+        return pliant.live();
+      });
+      return place;
+    };
+)";
+
 /// clip.html of a run of a small scene.
 class ClipPageTest : public MovingRun {
  protected:

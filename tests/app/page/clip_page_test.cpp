@@ -11,6 +11,7 @@
 #include "app/live/live_view.h"
 #include "app/page/page_assets.h"
 #include "app/simulate/clip_camera.h"
+#include "app/simulate/driver_level.h"
 #include "app/simulate/moving_scene.h"
 #include "gaussians/render/render.h"
 
@@ -67,6 +68,67 @@ TEST_F(ClipPageTest, ADragMovesTheObjectAsTheNativeReplayOfItsRecordingDoes) {
   EXPECT_GT(drag.newtons, 0.001);
   EXPECT_GT(drag.farthest, 0.2 * height());
   EXPECT_LT(drag.worst, 0.02 * height());
+}
+
+TEST_F(ClipPageTest, ACoarserBodyBeginsInTheMiddleOfTheClipAsTheNativeOneDoes) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const auto mean_square = [](const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
+    return sum / static_cast<double>(a.size());
+  };
+  const std::vector<TrajectoryFile::Frame>& frames = moving_.trajectory.frames;
+  const auto motion = [&](const TrajectoryFile::Frame& frame) {
+    return mean_square(frame.position, moving_.particles.driving_position);
+  };
+  const auto farthest = std::max_element(frames.begin(), frames.end(),
+                                         [&](const auto& a, const auto& b) { return motion(a) < motion(b); });
+  const auto start = static_cast<size_t>(farthest - frames.begin());
+  const json answer = evaluate("(async () => { const start = " + std::to_string(start) + R"(;
+    await pliant.ready;
+    await pliant.solver.ready;
+    const level = pliant.solver.levels.length - 1;
+    pliant.setLevel(level);
+    await pliant.showFrame(start);
+    await pliant.advance(0);
+    return {level, drivers: Array.from(pliant.drivers()), recording: pliant.recording(), errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  const json& value = answer["value"];
+  EXPECT_EQ(value["errors"], json::array());
+  EXPECT_EQ(value["recording"]["start_frame"], start);
+  if (value["level"] == 0) GTEST_SKIP() << "the page has no coarser body";
+  const ParticleFile body = with_drivers(moving_.particles, scene_, value["recording"]["clustered_to"]);
+  const std::vector<Vec3f> expected = motion_of(moving_, body)[start].position;
+  const std::vector<float> numbers = value["drivers"];
+  ASSERT_EQ(numbers.size(), 3 * expected.size());
+  std::vector<Vec3f> shown;
+  for (size_t i = 0; i < numbers.size(); i += 3) shown.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+  const double difference = std::sqrt(mean_square(shown, expected));
+  const double moved = std::sqrt(mean_square(expected, body.driving_position));
+  std::printf("[ start ] motion %.3g of the height, difference %.2g\n", moved / height(), difference / height());
+  EXPECT_LT(difference, 0.05 * moved);
+}
+
+TEST_F(ClipPageTest, TheDriversStayThoseOfTheFrameThatIsShown) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const json answer = evaluate("(async () => {" + kPress + R"(
+    const shown = async () => {
+      for (let k = 0; k < 3; ++k) await new Promise((next) => requestAnimationFrame(next));
+      return Array.from(pliant.drivers());
+    };
+    const colour = document.getElementById('colour-by'), equal = (a, b) => a.every((x, i) => x === b[i]);
+    for (let k = 0; k < 14; ++k) press('ArrowRight');  // by the push, from .3 s on
+    const next = await shown();
+    press('ArrowLeft');
+    const before = await shown();
+    colour.value = 'speed';
+    colour.dispatchEvent(new Event('change'));
+    const after = await shown();
+    return {frame: frame(), moves: !equal(before, next), stay: equal(before, after), errors: pliant.errors};
+  })())");
+  ASSERT_TRUE(answer.contains("value")) << answer.dump().substr(0, 2000);
+  EXPECT_EQ(answer["value"], json({{"frame", 13}, {"moves", true}, {"stay", true}, {"errors", json::array()}}));
 }
 
 // Plasticine stays where it was pulled to.

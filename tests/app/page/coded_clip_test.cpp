@@ -1,10 +1,12 @@
-// Laws of the numbers in a clip.html: what is decoded lies within half a step of what was coded.
+// Laws of the numbers in a clip.html: what is decoded lies within half a step of what was coded, and of the background
+// that stays which is seen.
 
 #include <gtest/gtest.h>
 
 #include "app/page/clip_budget.h"
 #include "app/page/coded_motion.h"
 #include "app/page/coded_splats.h"
+#include "app/page/page_stage.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/random.h"
 
@@ -141,6 +143,55 @@ TEST(CodedMotion, WithoutAStepHasTheFinestThatFits) {
     for (size_t i = 0; i < rest.size(); ++i)
       EXPECT_LT((decoded(coded, rest, t).position[i] - frames[t].position[i]).cwiseAbs().maxCoeff(),
                 0.501 * coded.position_step + 1e-6);
+}
+
+TEST(PageViews, GoAllAroundInEqualStepsOrToBothEndsOfASwing) {
+  const Vec3d centre(1, 2, 3), up = Vec3d::UnitZ();
+  constexpr double kRadius = 4;
+  const Camera first = look_at(centre + Vec3d(0, -kRadius, 1), centre, up, 64, 48, 60);
+  const std::vector<Camera> around = page_views(first, centre, up, true);
+  ASSERT_EQ(around.size(), 8u);
+  EXPECT_TRUE(around[0].cam_from_world.isApprox(first.cam_from_world, 1e-12));
+  for (size_t k = 0; k < 8; ++k)
+    EXPECT_NEAR((around[(k + 1) % 8].centre() - around[k].centre()).norm(), 2 * kRadius * std::sin(M_PI / 8), 1e-9)
+        << k;
+  const std::vector<Camera> swing = page_views(first, centre, up, false);
+  ASSERT_EQ(swing.size(), 8u);
+  const auto degrees = [&](size_t k) {
+    const Vec3d away = swing[k].centre() - centre;
+    return std::atan2(away.x(), -away.y()) * 180 / M_PI;
+  };
+  EXPECT_NEAR(std::abs(degrees(2)), 25, 1e-9);
+  EXPECT_NEAR(degrees(6), -degrees(2), 1e-9);
+}
+
+TEST(ClipCoder, KeepsOfTheBackgroundWhatIsSeen) {
+  MovingScene moving;
+  moving.background = random_cloud(40, 0);
+  Random random(4);
+  for (size_t i = 0; i < 40; ++i) {
+    moving.background.position[i] = random_vector(random, -0.3, 0.3) + Vec3f(0, 0, i % 2 == 0 ? 2.0f : -2.0f);
+    moving.background.log_scale[i] = Vec3f::Constant(-3);
+    moving.background.opacity_logit[i] = -2;
+  }
+  moving.object = random_cloud(1, 0);
+  moving.binding.driver.assign(Binding::kCount, -1);
+  moving.binding.weight.assign(Binding::kCount, 0);
+  moving.particles.driving_position = moving.object.position;
+  moving.trajectory.frames.resize(2);
+  for (TrajectoryFile::Frame& frame : moving.trajectory.frames) {
+    frame.position = moving.object.position;
+    frame.F.assign(1, Mat3f::Identity());
+  }
+  const Scene scene = Scene();
+  ClipCoder coder(std::move(moving), scene, {look_at({0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 64, 48, 60)});
+  ClipChoice choice;
+  choice.object.sh_degree = choice.background.sh_degree = 0;
+  choice.background_share = 0.5;
+  choice.motion = {1e-4, 1e-3};
+  const GaussianCloud kept = decoded(coder.code(choice).background);
+  ASSERT_EQ(kept.size(), 20u);
+  for (const Vec3f& x : kept.position) EXPECT_GT(x.z(), 0) << "behind the camera";
 }
 
 TEST(ClipFile, DriversHaveNumbersOf16Bits) {

@@ -2,6 +2,7 @@
 
 #include <tuple>
 
+#include "app/simulate/driver_level.h"
 #include "tests/app/page/page_solver_case.h"
 
 namespace pliant {
@@ -98,6 +99,55 @@ TEST_F(PageSolver, AfterAFailureTheBodyStillIsOneThatWasHeldAsItWasCaptured) {
     EXPECT_TRUE(answers[1]["failed"].is_string()) << answers;
     ASSERT_EQ(answers[2]["forces"].size(), 1u) << answers;
     EXPECT_NEAR(answers[2]["forces"][0][3], held ? 0 : weight, 0.03 * weight) << answers;
+  }
+}
+
+// A rigid motion, which is carried as it is, and one that shears and turns, which is carried as natively.
+TEST_F(PageSolver, ACoarserBodyIsCarriedAsByTheNativeProgram) {
+  constexpr double kJitter = 0.3;  // of a lattice: every driver hangs together with those around it
+  const auto flat = [](const std::vector<Vec3f>& points) {
+    std::vector<float> out;
+    for (const Vec3f& x : points) out.insert(out.end(), x.data(), x.data() + 3);
+    return out;
+  };
+  MovingScene moving;
+  ParticleFile level;
+  const std::vector<Vec3f>& from = moving.particles.driving_position =
+      fixture::block<float>({0.06, 0.04, 0.08}, 0.02, kJitter).position;
+  level.driving_position = fixture::block<float>({0.06, 0.04, 0.08}, 0.04, kJitter).position;
+  const Mat3f turn = Eigen::AngleAxisf(1.2f, Vec3f(1, 2, 3).normalized()).toRotationMatrix();
+  const Vec3f by(0.1f, -0.2f, 0.3f);
+  TrajectoryFile::Frame rigid, bent;
+  for (const Vec3f& x : from) {
+    rigid.position.push_back(turn * x + by);
+    rigid.F.push_back(turn);
+    bent.position.push_back(turn * Vec3f(x.x() + 8 * x.z() * x.z(), x.y(), x.z() * (1 + 2 * x.y())));
+    Mat3f F;
+    F << 1, 0, 16 * x.z(), 0, 1, 0, 0, 2 * x.z(), 1 + 2 * x.y();
+    bent.F.push_back(turn * F);
+  }
+  moving.trajectory.frames = {rigid, bent};
+  const std::vector<DriverFrame> natively = motion_of(moving, level);
+  const size_t n = level.driving_position.size();
+  for (size_t t = 0; t < 2; ++t) {
+    const TrajectoryFile::Frame& frame = moving.trajectory.frames[t];
+    std::vector<float> gradients, expected = flat(natively[t].position);
+    append_rows(gradients, frame.F);
+    append_rows(expected, natively[t].F);
+    const json printed = run({{"carry",
+                               {{"rest", flat(level.driving_position)},
+                                {"from", flat(from)},
+                                {"positions", flat(frame.position)},
+                                {"gradients", gradients}}}});
+    ASSERT_TRUE(printed.is_object()) << printed;
+    const std::vector<float> carried = result();
+    ASSERT_EQ(carried.size(), 12 * n);
+    for (size_t k = 0; k < carried.size(); ++k) EXPECT_NEAR(carried[k], expected[k], k < 3 * n ? 1e-6 : 1e-5) << t;
+    if (t > 0) continue;
+    for (size_t i = 0; i < n; ++i) {
+      const Vec3f x = turn * level.driving_position[i] + by;
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(carried[3 * i + c], x[c], 1e-6) << i;
+    }
   }
 }
 

@@ -131,7 +131,12 @@ TEST_F(Predict, APartOfTheMaterialInTheSceneFileIsKept) {
   // So does any softness, and the usual one too.
   ASSERT_EQ(run_quietly({"predict", (folder_ / "run").string()}), 0);
   EXPECT_NEAR(summary("predict")["young"], 2e4, 1);
+  const std::string predicted = read_text(folder_ / "run/objects/1_object/predicted.h5"),
+                    record = read_text(folder_ / "run/run.json");
   EXPECT_EQ(run_quietly({"predict", (folder_ / "run").string(), "--preview"}), 2) << "it has no band";
+  EXPECT_EQ(run_quietly({"predict", (folder_ / "run").string(), "--poisson", "0.4", "--preview"}), 2);
+  EXPECT_EQ(read_text(folder_ / "run/objects/1_object/predicted.h5"), predicted) << "what is refused replaces nothing";
+  EXPECT_EQ(read_text(folder_ / "run/run.json"), record);
   EXPECT_FALSE(fs::exists(folder_ / "run/softness"));
   ASSERT_EQ(run_quietly({"predict", (folder_ / "run").string(), "--softness", "0.5"}), 0);
   EXPECT_GT(std::abs(summary("predict")["young"].get<double>() / 2e4 - 1), 0.01);
@@ -352,7 +357,11 @@ TEST_F(Predict, ThePreviewShowsTheBandAndIsMadeOnce) {
   ASSERT_EQ(run_quietly({"predict", directory, "--preview"}), 0);
   EXPECT_EQ(fs::last_write_time(folder_ / "run/softness/1/clip.mp4"), made);
   EXPECT_EQ(read_json(folder_ / "run/run.json")["stages"]["predict"]["options"]["label"], "sunflower");
+  const std::string predicted = read_text(folder_ / "run/objects/1_object/predicted.h5"),
+                    stages = read_text(folder_ / "run/run.json");
   EXPECT_EQ(run_quietly({"predict", directory, "--young", "1e5", "--preview"}), 2);
+  EXPECT_EQ(read_text(folder_ / "run/objects/1_object/predicted.h5"), predicted) << "what is refused replaces nothing";
+  EXPECT_EQ(read_text(folder_ / "run/run.json"), stages);
   EXPECT_EQ(run_quietly({"predict", "--list", "--preview"}), 2);
 }
 

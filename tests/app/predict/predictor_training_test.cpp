@@ -124,6 +124,10 @@ TEST_F(TrainPredictor, SplatsWithAFieldBesideThemJoin) {
   EXPECT_EQ(read[0].young.size(), read[0].samples.size());
   EXPECT_TRUE(std::all_of(read[0].young.begin(), read[0].young.end(), [](float E) { return E == 1e5f || E == 3e5f; }));
   ASSERT_EQ(train("splats", {"--objects", objects.string()}), 0);
+  // Of two fields or two splat files of one name neither is chosen.
+  write_material_field(objects / "daisy-1.field.ply", field);
+  EXPECT_EQ(train("twice", {"--objects", objects.string()}), 2);
+  fs::remove(objects / "daisy-1.field.ply");
   // A field of something else is refused before any training.
   for (Vec3f& x : field.position) x.x() *= 5;
   write_material_field(objects / "daisy-1.npz", field);
@@ -172,6 +176,32 @@ TEST(SplatObjects, StandAsTheyAreWhicheverAxisIsUp) {
       means[turned][i % kFeatures] += features[i] / static_cast<float>(object.samples.size());
   }
   for (int f = 0; f < kFeatures; ++f) EXPECT_NEAR(means[0][f], means[1][f], 0.2) << f;
+}
+
+TEST(SplatObjects, TwoFieldsOrSplatFilesOfOneNameAreRefused) {
+  const TemporaryFolder folder;
+  const GaussianCloud cloud = ball_on_plate(Vec3f(0, 0, 1));
+  MaterialFile field;
+  field.position = cloud.position;
+  field.young.assign(cloud.size(), 1e5f);
+  field.poisson.assign(cloud.size(), 0.3f);
+  field.density.assign(cloud.size(), 400);
+  const auto refuses = [&](const std::vector<const char*>& names) {
+    expect_error(Failure::kUsage, {"--objects", names[0], names[1]}, [&] { splat_objects(folder / "objects", 1); });
+  };
+  fs::create_directories(folder / "objects");
+  write_ply(folder / "objects/lamp-1.ply", cloud);
+  write_material_field(folder / "objects/lamp-1.npz", field);
+  write_material_field(folder / "objects/lamp-1.field.ply", field);
+  refuses({"lamp-1.field.ply", "lamp-1.npz"});
+  fs::remove(folder / "objects/lamp-1.field.ply");
+  write_splats(folder / "objects/lamp-1.splat", cloud);
+  refuses({"lamp-1.ply", "lamp-1.splat"});
+  // Splats without a field may have any names.
+  for (const char* name : {"lamp-1.ply", "lamp-1.splat"})
+    fs::rename(folder / "objects" / name, folder / "objects" / ("other" + std::string(name).substr(4)));
+  write_ply(folder / "objects/lamp-1.ply", cloud);
+  EXPECT_EQ(splat_objects(folder / "objects", 1).size(), 1u);
 }
 
 }  // namespace

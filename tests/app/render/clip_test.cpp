@@ -5,17 +5,15 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
+#include "app/render/object_layer.h"
 #include "app/simulate/clip_camera.h"
 #include "app/store/trajectory.h"
 #include "gaussians/base/camera.h"
 #include "gaussians/base/orbit.h"
-#include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
 #include "gaussians/io/images/codecs.h"
 #include "gaussians/io/images/image_io.h"
-#include "gaussians/io/splats/ply.h"
 #include "tests/app/beam_scene.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
@@ -203,106 +201,37 @@ TEST_F(Clip, TheLayersDepthIsTheDistanceInMetres) {
   }
 }
 
-/// A scene of one bright Gaussian in the middle.
-fs::path spot_scene(const TemporaryFolder& folder) {
-  GaussianCloud cloud;
-  cloud.resize(1);
-  cloud.log_scale[0] = Vec3f::Constant(std::log(0.05f));
-  cloud.opacity_logit[0] = 5;
-  std::fill_n(cloud.sh_of(0), 3, 1.5f);
-  write_ply(folder / "a.ply", cloud);
-  return folder / "a.ply";
-}
-
-TEST(ScenePictures, WhatCannotBeWrittenIsAUsageError) {
+// A ball that rolls away, farther than it is large.
+TEST(ObjectLayer, TheDepthReachesAsFarAsTheObjectGoes) {
+  constexpr double kMetresPerUnit = 0.5;
   const TemporaryFolder folder;
-  const std::string scene = spot_scene(folder).string();
-  const auto render = [&](const std::string& out, std::vector<std::string> words = {}) {
-    words.insert(words.begin(), {"render", scene, "--orbit-views", "4", "--cameras", "orbit", "--size", "32x24",
-                                 "--out", (folder / out).string()});
-    return run_quietly(words);
-  };
-  folder.file("taken", "a file");
-  fs::create_directory(folder / "folder.mp4");
-  for (const char* out : {"a.webm", "a.MOV", "a.gif", "a.png", "taken", "taken/below", "taken/a.mp4", "folder.mp4"})
-    EXPECT_EQ(render(out), 2) << out;
-  for (const char* background : {"2,0,0", "0,-0.1,0", "0,0,nan"})
-    EXPECT_EQ(render("images", {std::string("--background=") + background}), 2) << background;
-  EXPECT_FALSE(fs::exists(folder / "images"));
-  EXPECT_FALSE(fs::exists(folder / "a.webm"));
-  EXPECT_EQ(render("clip.MP4"), 0);
-  EXPECT_TRUE(fs::is_regular_file(folder / "clip.MP4"));
-  EXPECT_EQ(render("images.v2", {"--background", "1,0.5,0"}), 0);
-  EXPECT_TRUE(fs::is_directory(folder / "images.v2"));
-  // A camera of one column.
-  Camera narrow = look_at({2, 0, 0}, {0, 0, 0}, {0, 0, 1}, 1, 48, 60);
-  narrow.name = "narrow";
-  write_transforms(folder / "t.json", {narrow});
-  const std::vector<std::string> words = {"render", scene, "--cameras", (folder / "t.json").string(), "--out"};
-  for (const auto& [out, code] : {std::pair("narrow.mp4", 2), std::pair("narrow", 0)}) {
-    std::vector<std::string> all = words;
-    all.push_back((folder / out).string());
-    EXPECT_EQ(run_quietly(all), code) << out;
+  GaussianCloud ball;
+  ball.resize(1);
+  ball.log_scale[0] = Vec3f::Constant(std::log(0.05f));
+  ball.opacity_logit[0] = 5;
+  Box box;
+  box.add(Vec3f::Constant(-0.1f));
+  box.add(Vec3f::Constant(0.1f));
+  TrajectoryFile motion;
+  motion.fps = 10;
+  for (const int k : {0, 1}) {
+    const Vec3f place(0, 5.0f * static_cast<float>(k), 0);
+    motion.frames.push_back({k / motion.fps, k, {place}, {Vec3f(0, 0, 0)}, {Mat3f(Mat3f::Identity())}});
   }
-  EXPECT_FALSE(fs::exists(folder / "narrow.mp4"));
-}
-
-TEST(ScenePictures, OfAnEarlierCallAreReplacedAndOtherFilesStay) {
-  const TemporaryFolder folder;
-  spot_scene(folder);
-  folder.file("images/mine.png", "");
-  const auto render = [&](const std::string& views, std::vector<std::string> more) {
-    std::vector<std::string> words = {"render",        (folder / "a.ply").string(),
-                                      "--out",         (folder / "images").string(),
-                                      "--cameras",     "orbit",
-                                      "--orbit-views", views,
-                                      "--size",        "32x24"};
-    words.insert(words.end(), more.begin(), more.end());
-    EXPECT_EQ(run_quietly(words), 0) << views;
-    std::set<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder / "images")) names.insert(entry.path().stem());
-    return names;
-  };
-  const std::set<std::string> others = {"mine", "pictures"};
-  std::set<std::string> first = others, second = others;
-  for (int k = 0; k < 5; ++k) {
-    first.insert({fmt::format("orbit_{:03}", k), fmt::format("orbit_{:03}_depth", k)});
-    if (k < 4) second.insert(fmt::format("orbit_{:03}", k));
+  const Camera camera = look_at({0, -2, 0}, {0, 0, 0}, {0, 0, 1}, 64, 48, 60);
+  const Shot shot{motion.fps, {0, 1 / motion.fps}, {camera, camera}};
+  ObjectLayer layer(folder / "layer", folder / "layer.webm", shot, farthest_depth(shot, motion, box), kMetresPerUnit);
+  for (size_t k = 0; k < 2; ++k) {
+    ball.position = motion.frames[k].position;
+    layer.write(k, ball, {});
   }
-  EXPECT_EQ(render("5", {"--depth"}), first);
-  EXPECT_EQ(render("4", {}), second);
-  // A record leads nowhere else.
-  folder.file("outside.png", "");
-  folder.file("images/pictures.json", R"({"pictures": ["../outside.png", "/outside.png", 3, "orbit_002.png"]})");
-  EXPECT_EQ(render("4", {}), second);
-  EXPECT_TRUE(fs::exists(folder / "outside.png"));
-}
-
-TEST(SceneVideo, CamerasOfOtherSizesAreFittedIntoItsFrames) {
-  const TemporaryFolder folder;
-  spot_scene(folder);
-  const Camera large = look_at({2, 0, 0}, {0, 0, 0}, {0, 0, 1}, 64, 48, 60);
-  for (const bool large_first : {true, false}) {
-    std::vector<Camera> cameras = {large, large.scaled(0.5)};
-    if (!large_first) std::swap(cameras[0], cameras[1]);
-    for (int k = 0; k < 2; ++k) cameras[k].name = "view" + std::to_string(k);
-    write_transforms(folder / "t.json", cameras);
-    ASSERT_EQ(run_quietly({"render", (folder / "a.ply").string(), "--cameras", (folder / "t.json").string(), "--out",
-                           (folder / "a.mp4").string()}),
-              0);
-    const auto video = codecs::open_video((folder / "a.mp4").string());
-    cv::Mat frame;
-    for (int k = 0; k < 2; ++k) {
-      ASSERT_TRUE(video->read(frame)) << k;
-      ASSERT_EQ(frame.cols, cameras[0].width);
-      double brightest = 0;
-      cv::Point at;
-      cv::minMaxLoc(frame.reshape(1).colRange(0, 3 * frame.cols), nullptr, &brightest, nullptr, &at);
-      EXPECT_GT(brightest, 100);
-      EXPECT_NEAR(at.x / 3, frame.cols / 2, 2);
-      EXPECT_NEAR(at.y, frame.rows / 2, 2);
-    }
-    EXPECT_FALSE(video->read(frame));
+  layer.close();
+  const double step = read_json(folder / "layer/layer.json")["metres_per_depth_step"];
+  for (const int k : {0, 1}) {
+    const cv::Mat depth = codecs::imread((folder / fmt::format("layer/depth/{:06d}.png", k)).string(), -1);
+    double farthest = 0;
+    cv::minMaxLoc(depth, nullptr, &farthest);
+    EXPECT_NEAR(farthest * step, kMetresPerUnit * (2 + 5 * k), 0.01) << k;
   }
 }
 

@@ -26,10 +26,11 @@ TEST_F(RunDirectoryTest, EqualOptionsAndInputsRunOnce) {
 
 TEST_F(RunDirectoryTest, WhatAKilledProgramWasWritingIsCleanedAway) {
   fs::create_directories(folder_ / "run");
-  write_text(folder_ / "run/.run.tmp123.json", "{");
+  // No process has a number above 2^22.
+  write_text(folder_ / "run/.run.tmp4194305.json", "{");
   EXPECT_EQ(run({{"a", 1}}), 1);
-  EXPECT_FALSE(fs::exists(folder_ / "run/.run.tmp123.json"));
-  for (const char* name : {"run/objects/1_a/.solid.tmp7.h5", "run/fit/.results.tmp7.json"}) {
+  EXPECT_FALSE(fs::exists(folder_ / "run/.run.tmp4194305.json"));
+  for (const char* name : {"run/objects/1_a/.solid.tmp4194305.h5", "run/fit/.results.tmp4194305.json"}) {
     write_text(folder_ / name, "{");
     EXPECT_EQ(run({{"a", 1}}), 1);
     EXPECT_FALSE(fs::exists(folder_ / name)) << name;
@@ -47,6 +48,20 @@ TEST_F(RunDirectoryTest, WhatAKilledProgramWasWritingIsCleanedAway) {
   EXPECT_THROW(RunDirectory::create(folder_ / "begun"), Error);
   write_text(folder_ / "file/scene", "mine");
   EXPECT_THROW(RunDirectory::create(folder_ / "file"), Error);
+}
+
+TEST_F(RunDirectoryTest, WhatAnotherProcessIsWritingStaysUntilItHasEnded) {
+  fs::path file;
+  {
+    const HeldElsewhere other(folder_ / "elsewhere.lock");
+    file = folder_ / ("run/recordings/.live_0001.tmp" + std::to_string(other.process()) + ".json");
+    RunDirectory::create(folder_ / "run").set_scene("scene", false);
+    write_text(file, "{");
+    RunDirectory::open(folder_ / "run").hold();
+    EXPECT_TRUE(fs::exists(file));
+  }
+  RunDirectory::open(folder_ / "run").hold();
+  EXPECT_FALSE(fs::exists(file));
 }
 
 TEST_F(RunDirectoryTest, AFolderThatWasMadeAndThatNothingCameIntoGoesAgain) {

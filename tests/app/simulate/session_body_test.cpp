@@ -306,7 +306,7 @@ TEST_F(SessionBody, ALawWithAMemoryStartsWithTheFirstFrameAndWhatItRemembersTher
 }
 
 TEST_F(SessionBody, AnObjectMayHaveANameThatHdf5DoesNotTake) {
-  for (const auto& [name, group] : {std::pair("a/b", "a_b"), std::pair(".", "_")}) {
+  for (const auto& [name, group] : {std::pair("a/b", "a_b"), std::pair(".", "_"), std::pair("", "_")}) {
     make(false, name);
     ASSERT_EQ(simulate({"--young", "1e5", "--duration", "0.05", "--settle-time", "0", "--interactions",
                         script(json::array())}),

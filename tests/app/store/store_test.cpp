@@ -460,8 +460,9 @@ TEST(Store, WrongShapesTypesAndValuesNameTheDataset) {
 
 TEST(Store, AnyNameOfAnObjectIsThatOfAGroup) {
   const TemporaryFolder folder;
-  for (const auto& [name, group] : {std::pair("größe \"x\"", "größe \"x\""), std::pair("a/b", "a_b"),
-                                    std::pair("/", "_"), std::pair(".", "_"), std::pair("..", "..")}) {
+  for (const auto& [name, group] :
+       {std::pair("größe \"x\"", "größe \"x\""), std::pair("a/b", "a_b"), std::pair("/", "_"), std::pair(".", "_"),
+        std::pair("", "_"), std::pair("..", "..")}) {
     TrajectoryFile t = some_trajectory();
     t.object = group_name(name);
     EXPECT_EQ(t.object, group);

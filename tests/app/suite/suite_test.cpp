@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
+#include "app/evaluate/metric_table.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
 #include "tests/temporary_folder.h"
@@ -20,7 +23,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Notes its calls in `calls` beside itself.  `--field wrong` fails as a method does, and `--field killed` as a killed
-/// program does after a second, once.
+/// program does after a second, once.  `simulate` needs the scene where `segment` has found it, which takes a scene
+/// elsewhere only where it had finished; `evaluate material` fails where there is a file `no truth` beside the program.
 constexpr char kStandIn[] = R"(#!/usr/bin/env python3
 import json, os, sys, time
 words = sys.argv[1:]
@@ -30,10 +34,15 @@ out = words[words.index("--out") + 1] if "--out" in words else None
 def write(file, value):
     os.makedirs(os.path.dirname(file) or ".", exist_ok=True)
     open(file, "w").write(value if isinstance(value, str) else json.dumps(value))
+def note(run, key, value):
+    file = run + "/run.json"
+    write(file, (json.load(open(file)) if os.path.exists(file) else {}) | {key: value})
 if "wrong" in words:
     sys.exit(print("fit: no motion in the video") or 1)
 if "killed" in words and not os.path.exists(here + "/killed"):
     open(here + "/killed", "w")
+    if words[0] == "segment":
+        note(out, "scene", {"source": os.path.abspath(words[1])})
     time.sleep(1)
     sys.exit(137)
 match words[:2]:
@@ -42,15 +51,27 @@ match words[:2]:
         for name in ("poke", "pull", "wind", "jolt"):
             write(f"{out}/truth/{name}/trajectory.h5", "")
             write(f"{out}/truth/{name}/interactions.json", [{"type": "pin"}, {"type": "impulse", "start": 0.125}])
-    case ["segment", _]: write(out + "/labels", "")
+    case ["segment", scene]:
+        if os.path.exists(out + "/run.json") and not os.path.exists(out + "/labels"):
+            if json.load(open(out + "/run.json"))["scene"]["source"] != os.path.abspath(scene):
+                sys.exit(print("belongs to another scene") or 2)
+        write(out + "/labels", "")
+        note(out, "scene", {"source": os.path.abspath(scene)})
     case ["extract", run]: write(run + "/objects/1_rose/object.ply", "")
-    case ["repair", run]: write(run + "/run.json", {"stages": {"repair": {"wall_s": 1234.25}}})
-    case ["simulate", run]: write(run + "/objects/1_rose/trajectory.h5", "")
+    case ["repair", run]: note(run, "stages", {"repair": {"wall_s": 1234.25}})
+    case ["simulate", run]:
+        scene = json.load(open(run + "/run.json"))["scene"]["source"]
+        if not os.path.exists(scene):
+            sys.exit(print(scene + " does not exist") or 1)
+        write(run + "/objects/1_rose/trajectory.h5", "")
     case ["evaluate", "trajectory"]:
         motion = words[3].split("/")[-2]
         error = {"poke": 0.125, "pull": 0.25, "wind": 0.5, "jolt": 0.375}[motion]
         write(out, {"relative_error": error, "frequency_error": None if motion in ("wind", "jolt") else error})
-    case ["evaluate", "material"]: write(out, {"log10_young_error": 0.5})
+    case ["evaluate", "material"]:
+        if os.path.exists(here + "/no truth"):
+            sys.exit(print("material.h5 does not exist") or 1)
+        write(out, {"log10_young_error": 0.5})
     case ["evaluate", "segmentation"]: write(out, {"miou": 0.75, "boundary_miou": 0.625})
     case ["evaluate", "repair"]: write(out, {"psnr": 30.0, "psnr_opencv": 20.0})
     case ["evaluate", "compare"]:
@@ -184,6 +205,39 @@ TEST_F(Suite, WhatWasKilledBeforeItNotedItsTimeIsNotMeasured) {
   EXPECT_NE(read_text(folder / "suite/RESULTS.md").find("| ours |  | 0 of 1 | – |"), std::string::npos);
 }
 
+TEST_F(Suite, AFolderThatWasMovedContinuesWithoutFailures) {
+  const json motion = settings["methods"]["motion"];
+  settings["methods"].erase("motion");
+  run();
+  calls();
+  fs::rename(folder / "suite", folder / "moved");
+  settings["methods"]["motion"] = motion;
+  EXPECT_TRUE(run_suite(context, settings, stage, folder / "moved")["failed"].empty());
+  EXPECT_EQ(read_json(folder / "moved/scores/motion/ours/rose/1.json")["log10_young_error"], 0.5);
+  const std::vector<std::string> after = calls();
+  EXPECT_TRUE(any_of_them(after, "segment scenes/rose/1 --out runs/rose/1/motion-ours"));
+  for (const char* begin : {"demo", "segment scenes/rose/1 --out prepared", "extract", "seed", "evaluate repair"})
+    EXPECT_FALSE(any_of_them(after, begin)) << begin;
+}
+
+TEST_F(Suite, AJobThatWasKilledBeforeTheFolderWasMovedBeginsAnew) {
+  settings["methods"] = {{"segmentation", {{"ours", {{"segment", {"--masks", "killed"}}}}}}};
+  EXPECT_THROW(run(), Error);
+  fs::rename(folder / "suite", folder / "moved");
+  EXPECT_TRUE(run_suite(context, settings, stage, folder / "moved")["failed"].empty());
+  EXPECT_EQ(read_json(folder / "moved/scores/segmentation/ours/rose/1.json")["miou"], 0.75);
+}
+
+TEST_F(Suite, WhatFailsBesidesTheMethodIsNoFailureOfIt) {
+  settings["methods"].erase("repair");
+  folder.file("no truth", "");
+  EXPECT_THROW(run(), Error);
+  EXPECT_FALSE(fs::exists(folder / "suite/scores/motion/ours/rose/1.json"));
+  fs::remove(folder / "no truth");
+  EXPECT_TRUE(run()["failed"].empty());
+  EXPECT_EQ(score("motion/ours/rose/1.json")["log10_young_error"], 0.5);
+}
+
 TEST_F(Suite, AnotherVersionDoesAllAgain) {
   settings["methods"] = {{"segmentation", {{"ours", {{"segment", json::array()}}}}}};
   run();
@@ -232,6 +286,28 @@ TEST_F(Suite, JobsAreSubmittedWhereAClusterIsGiven) {
   run();
   EXPECT_EQ(read_text(folder / "submitted"), "submitted\n");
   EXPECT_TRUE(fs::exists(folder / "suite/RESULTS.md"));
+}
+
+// The stand-in compares nothing: that `evaluate compare` takes what the jobs name, and what a failure counts as.
+TEST(SuiteWorkflow, ItsMetricsAreThoseOfCompareAndAFailureIsNoBetterThanStandingStill) {
+  const std::string text(suite_workflow());
+  const size_t begin = text.find("OF_MOTION = "), end = text.find("TITLES = ");
+  ASSERT_LT(begin, end);
+  ASSERT_NE(end, std::string::npos);
+  const std::string named = text.substr(begin, end - begin);
+  const std::regex metric(R"re("([a-z0-9_.]+(?::(?:lower|higher))?)"(?!:))re");
+  std::map<std::string, double> failure;
+  for (std::sregex_iterator it(named.begin(), named.end(), metric), none; it != none; ++it) {
+    const Metric found = metric_named((*it)[1], "--metric");
+    failure[found.key] = found.failure;
+  }
+  EXPECT_EQ(failure, (std::map<std::string, double>{{"unseen.relative_error", 1},
+                                                    {"unseen.frequency_error", 1},
+                                                    {"video.relative_error", 1},
+                                                    {"log10_young_error", 0},
+                                                    {"miou", 0},
+                                                    {"boundary_miou", 0},
+                                                    {"psnr", 0}}));
 }
 
 TEST(SuiteSettings, ScenesAreKindsTimesSeedsAndUnknownKindsAreRefused) {

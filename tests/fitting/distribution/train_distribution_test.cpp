@@ -131,8 +131,14 @@ TEST_F(TrainDistribution, AStoppedOneContinuesToTheSameBits) {
   const auto first = train_distribution(o, {}, checkpoint, stop_after_four);
   EXPECT_FALSE(first.finished);
   EXPECT_EQ(first.curve.size(), 4u);
-  const auto rest = train_distribution(o, {}, checkpoint);
+  // What is told of the rest counts on.
+  std::vector<int> done;
+  const auto rest = train_distribution(o, {}, checkpoint, [&](const TrainingEpoch& epoch) {
+    done.push_back(epoch.done);
+    return true;
+  });
   EXPECT_TRUE(rest.finished);
+  EXPECT_EQ(done, (std::vector<int>{5, 6}));
   EXPECT_EQ(rest.network.members, whole.network.members);
   EXPECT_EQ(rest.network.temperature, whole.network.temperature);
   ASSERT_EQ(rest.curve.size(), whole.curve.size());
@@ -149,6 +155,32 @@ TEST_F(TrainDistribution, AStoppedOneContinuesToTheSameBits) {
   const std::string bytes = read_text(checkpoint);
   write_text(checkpoint, bytes.substr(0, bytes.size() - 100));
   expect_error(Failure::kInput, {"state", "truncated"}, [&] { train_distribution(o, {}, checkpoint); });
+}
+
+TEST_F(TrainDistribution, AnotherMaterialOrColourOfAnObjectThatIsAddedIsAnotherTraining) {
+  TemporaryFolder folder;
+  TrainDistributionOptions o = small_options();
+  o.objects = 3;
+  o.validation_objects = 2;
+  o.members = o.epochs = 1;
+  const std::vector<MaterialObject> more = {make_object("flower", 1)};
+  const auto resume = [&](const auto& change) {
+    std::vector<MaterialObject> changed = more;
+    change(changed[0]);
+    return train_distribution(o, changed, folder / "state").finished;
+  };
+  ASSERT_TRUE(resume([](MaterialObject&) {}));
+  const auto refuses = [&](const auto& change) {
+    expect_error(Failure::kInput, {"state", "options", "another training"}, [&] { resume(change); });
+  };
+  refuses([](MaterialObject& object) { object.density[0] *= 1.5f; });
+  refuses([](MaterialObject& object) { object.poisson[0] *= 0.5f; });
+  refuses([](MaterialObject& object) { object.young[0] *= 1.5f; });
+  refuses([](MaterialObject& object) { object.colour[0] *= 0.5f; });
+  refuses([](MaterialObject& object) { object.samples.volume[0] *= 1.5f; });
+  refuses([](MaterialObject& object) { object.samples.thickness[0] += 0.01f; });
+  refuses([](MaterialObject& object) { object.up = Vec3f::UnitX(); });
+  EXPECT_TRUE(resume([](MaterialObject&) {}));
 }
 
 TEST(TrainDistributionOptions, WithoutLibtorchTheyAreRefusedBeforeObjectsAreMade) {

@@ -29,11 +29,11 @@ TEST(MaskSet, IdsAreReadAtEveryWidthAndNamed) {
   write_ids(folder / "photo0.png", picture(7));
   write_ids(folder / "photo1.png", picture(300));
   write_ids(folder / "photo2.png", picture(70001));
-  folder.file("labels.json", R"({"300": "ball"})");
+  folder.file("labels.json", R"({"7": "", "300": "ball"})");
   const MaskSet masks = load_masks(folder.path(), folder / "labels.json", cameras(3));
   EXPECT_EQ(masks.ids(), (std::vector<uint32_t>{7, 300, 70001}));
   EXPECT_EQ(masks.name_of(300), "ball");
-  EXPECT_EQ(masks.name_of(7), "object_7");
+  EXPECT_EQ(masks.name_of(7), "object_7") << "an empty name is none";
   EXPECT_TRUE(masks.warnings.empty());
 }
 
