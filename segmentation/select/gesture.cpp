@@ -32,8 +32,8 @@ void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary
 
 }  // namespace
 
-/// The largest part, parts that were marked as the object's, and those that lie against them.  Without boxes the
-/// largest counts only where it was proposed: colours may find something else that looks alike.
+/// The largest part, parts that were marked as the object's, and those that lie against them.  Where there is a
+/// proposal the largest counts only as that: colours may find something else that looks alike.
 void Selector::keep_main_part() {
   const std::vector<int> part = connected_parts(graph_, label_, options_.link, !planes_.empty());
   std::vector<uint8_t> wanted(label_.size() + 1, 0);
@@ -43,7 +43,7 @@ void Selector::keep_main_part() {
       ++size;
       proposed += !proposed_.empty() && proposed_[p];
     }
-  wanted[0] = !gesture_.boxes.empty() || 2 * proposed > size;
+  wanted[0] = proposed_.empty() || 2 * proposed > size;
   for (size_t p = 0; p < label_.size(); ++p)
     if (label_[p] && fixed_[p] > 0) wanted[part[p]] = 1;
   if (options_.attach) wanted = attached_parts(graph_, part, std::move(wanted));
@@ -147,12 +147,12 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
       throw usage_error("--click", "", "marks no part of the object",
                         "click on the object, draw a stroke fg over it, or give a --box");
     propose_around_seeds();
-    proposed_ = label_;
     cut(options_.cut);
   }
   for (size_t p = 0; p < label_.size(); ++p)
     if (member_[p] && !label_[p]) rule_[p] = SelectionRule::kCut;
   keep_main_part();
+  if (!gesture_.boxes.empty()) take_what_fills_boxes();
   find_support();
   const std::vector<uint8_t> first = label_;
   for (int round = 0; round < options_.refine_rounds; ++round) {

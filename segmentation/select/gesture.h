@@ -73,7 +73,8 @@ struct GestureResult {
 /// through the blend weights; what lies outside a box's frustum (or outside `shape`) is background.  3. A minimum cut
 /// of the graph of Gaussians, largest part.  4. Masks of more of the scene's views, started from what is selected, and
 /// a second cut.  What strokes and clicks cover is fixed in pictures and in the graph, and they outweigh the pictures
-/// nearby along the graph.
+/// nearby along the graph.  Where the rectangle around what step 3 leaves fits the boxes badly, what hangs together
+/// with it takes its place if that fits them better (people draw boxes that a thing fills: Lempitsky et al. 2009).
 /// 5. What lies in the boxes and touches nothing but the object is the object's, whatever its colour.  Without a box,
 /// what hangs together with what was clicked, apart from the planes behind it, is the proposal; without such planes the
 /// parts of the graph nearest to it.  Equal for any number of threads.  Throws

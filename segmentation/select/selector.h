@@ -35,6 +35,10 @@ class Selector {
   void look_at_boxes();
   bool on_plane(int p) const;
   void propose_around_seeds();
+  void propose_apart_from_planes(const std::vector<int>& sources);
+  void believe_proposal();
+  void take_what_fills_boxes();
+  float box_fit() const;
   void try_plane(Support plane, const std::vector<int>& sources);
   void propose(const std::vector<int>& sources);
   void add_proposal(const std::vector<int>& sources);
@@ -66,7 +70,7 @@ class Selector {
   std::vector<int8_t> fixed_;                            // [N] +1 / -1 under strokes
   std::vector<std::vector<int>> marks_;                  // Gaussians of each stroke over the object
   std::vector<uint8_t> label_;                           // [N]
-  std::vector<uint8_t> proposed_;                        // [N] around what was clicked, before any cut
+  std::vector<uint8_t> proposed_;                        // [N] what hangs together, before any cut, where that counts
   std::vector<float> evidence_;                          // [N] of the last cut
   std::vector<float> support_;                           // [N] evidence from the plane that the object stands on
   std::vector<Support> planes_;                          // that what was clicked stands on or hangs at

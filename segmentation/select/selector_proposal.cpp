@@ -1,9 +1,10 @@
-// What a click means where no box says how large it is.
+// What a click means where no box says how large it is, and a box where colours find less than a thing.
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
+#include "gaussians/base/quantile.h"
 #include "segmentation/select/selector.h"
 
 namespace pliant {
@@ -16,6 +17,9 @@ constexpr float kTied = 2.1f;    // is tied to the rest by at most so much of wh
                                  // a ball is by 1.9, half of that by 2.4 and more,
 constexpr float kBeyond = 0.8f;  // and the plane goes on beyond it in so many directions, at least.
 constexpr float kRough = 1.5f;   // times as thick a rough plane may be as it was found
+// IoU of a box with the rectangle around what is selected
+constexpr float kFits = 0.7f;         // that of what a person means, and
+constexpr float kFitsBetter = 0.15f;  // what another thing must have more.
 
 }  // namespace
 
@@ -49,9 +53,7 @@ void Selector::try_plane(Support plane, const std::vector<int>& sources) {
 }
 
 /// The planes that what was marked at these Gaussians stands on or hangs at, and the proposal apart from them.
-void Selector::propose_around_seeds() {
-  if (marks_.empty()) return;
-  const std::vector<int>& sources = marks_[0];
+void Selector::propose_apart_from_planes(const std::vector<int>& sources) {
   Vec3f middle = Vec3f::Zero();
   for (const int p : sources) middle += cloud_.position[p] / static_cast<float>(sources.size());
   SupportOptions options;
@@ -71,17 +73,77 @@ void Selector::propose_around_seeds() {
   }
   propose(sources);
   for (const Support& plane : nearby) try_plane(plane, sources);
+}
+
+void Selector::propose_around_seeds() {
+  if (marks_.empty()) return;
+  const std::vector<int>& sources = marks_[0];
+  propose_apart_from_planes(sources);
   for (size_t k = 1; k < marks_.size(); ++k) add_proposal(marks_[k]);
   const std::vector<int> before = before_planes(sources);
   if (before.size() < sources.size()) {
     for (const int p : sources) fixed_[p] = 0;
     for (const int p : before) fixed_[p] = 1;
   }
+  believe_proposal();
+}
+
+void Selector::believe_proposal() {
+  proposed_ = label_;
   evidence_.assign(cloud_.size(), -options_.evidence);
   for (size_t p = 0; p < cloud_.size(); ++p) {
     if (label_[p]) evidence_[p] = options_.evidence;
     if (fixed_[p]) evidence_[p] = fixed_[p] * kFixed;
   }
+}
+
+/// Least IoU of a box with the rectangle around what is selected.
+float Selector::box_fit() const {
+  constexpr double kStray = 0.005;  // share of what is selected that may lie beyond either side
+  float least = 1;
+  for (const BoxPrompt& box : gesture_.boxes) {
+    std::vector<float> us, vs;
+    for (size_t p = 0; p < label_.size(); ++p) {
+      Eigen::Vector2d x;
+      if (!label_[p] || cloud_.opacity_logit[p] < 0 || !project_point(cameras_[box.camera], cloud_.position[p], x))
+        continue;
+      us.push_back(static_cast<float>(x.x()));
+      vs.push_back(static_cast<float>(x.y()));
+    }
+    if (us.empty()) return 0;
+    const float x0 = quantile(us, kStray), x1 = quantile(us, 1 - kStray);
+    const float y0 = quantile(vs, kStray), y1 = quantile(vs, 1 - kStray);
+    const float both = std::max(0.0f, std::min(x1, box.x1) - std::max(x0, box.x0)) *
+                       std::max(0.0f, std::min(y1, box.y1) - std::max(y0, box.y0));
+    const float either = (x1 - x0) * (y1 - y0) + (box.x1 - box.x0) * (box.y1 - box.y0) - both;
+    least = std::min(least, both / either);
+  }
+  return least;
+}
+
+/// People draw boxes that a thing fills (Lempitsky et al. 2009), colours may take one part of it.  What hangs together
+/// with that part counts instead where it fits the boxes better, judged with what leaves them.
+void Selector::take_what_fills_boxes() {
+  const float fit = box_fit();
+  if (fit >= kFits) return;
+  const std::vector<uint8_t> label = label_, member = member_;
+  std::vector<int> sources;
+  for (size_t p = 0; p < label.size(); ++p)
+    if (label[p]) sources.push_back(static_cast<int>(p));
+  if (sources.empty()) return;
+  member_.assign(member.size(), 1);
+  propose_apart_from_planes(sources);
+  member_ = member;
+  if (box_fit() < fit + kFitsBetter) {
+    label_ = label;
+    planes_.clear();
+    return;
+  }
+  for (size_t p = 0; p < label.size(); ++p) label_[p] &= member[p];
+  prompts_ = Lift(cloud_.size());
+  believe_proposal();
+  cut(options_.cut);
+  keep_main_part();
 }
 
 /// What hangs together with a further mark is the object's, too, unless that is more than the object so far: then what

@@ -79,7 +79,7 @@ void Selector::refine() {
   // How much of what the selection so far says rests on the given views.
   std::vector<float> sure(cloud_.size());
   for (size_t p = 0; p < cloud_.size(); ++p) {
-    const float seen = gesture_.boxes.empty() ? 1.0f : std::min(1.0f, prompts_.total[p] / options_.confident);
+    const float seen = !proposed_.empty() ? 1.0f : std::min(1.0f, prompts_.total[p] / options_.confident);
     const float weight = member_[p] ? options_.unseen_prior + (1 - options_.unseen_prior) * seen : 1.0f;
     sure[p] = label_[p] ? weight : -weight;
   }

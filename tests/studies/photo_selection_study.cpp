@@ -1,8 +1,9 @@
 // Selection in a scene from photos against outlines that a person drew (photo_truth.json):
 //   photo_selection_study SCENE PHOTOS NAME OUT_FOLDER MARK...
-// SCENE: what `pliant reconstruct PHOTOS` made.  A MARK is V,x,y (a click) or fg|bg,V,x0,y0[,x1,y1...] (a stroke), in
-// pixels of the scene's photos; after each of them the IoU over the outlined photos, as one line of JSON, and overlays
-// (green: both, red: selected alone, blue: outlined alone).  Outlines go through the lens of the photos' cameras.
+// SCENE: what `pliant reconstruct PHOTOS` made.  A MARK is V,x,y (a click), fg|bg,V,x0,y0[,x1,y1...] (a stroke) or
+// box,V,x0,y0,x1,y1 (a box), in pixels of the scene's photos; after each of them the IoU over the outlined photos, as
+// one line of JSON, and overlays (green: both, red: selected alone, blue: outlined alone).  Outlines go through the
+// lens of the photos' cameras.
 
 #include <chrono>
 #include <cstdio>
@@ -55,6 +56,8 @@ Outlined outlined(const Camera& photo, const Camera& camera, const json& outline
 void add_mark(const std::string& text, const std::vector<Camera>& cameras, Gesture& gesture) {
   if (text.starts_with("fg,") || text.starts_with("bg,"))
     add_stroke(text, cameras, kWidth, gesture);
+  else if (text.starts_with("box,"))
+    add_box(text.substr(4), cameras, gesture);
   else
     add_click(text, cameras, kWidth, gesture);
 }

@@ -247,6 +247,52 @@ TEST_F(GestureTest, AClickTakesAThingOfManyColoursWholeFromThePlaneBehindIt) {
   }
 }
 
+// People draw boxes that a thing fills: where colours find one part of it, what hangs together with that part counts.
+TEST_F(GestureTest, ABoxTakesAThingWholeOfWhichColoursFindOnePart) {
+  const Vec3f bright(0.9f, 0.9f, 0.1f), like_the_table(0.62f, 0.46f, 0.3f);
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (scene.truth[p] == 300)
+      for (int k = 0; k < 3; ++k) {
+        const bool top = scene.cloud.position[p].z() > scene.balls[0].centre.z() + 0.2f * scene.balls[0].radius;
+        scene.cloud.sh_of(p)[k] = ((top ? bright : like_the_table)[k] - 0.5f) / kSh0;
+      }
+  for (int camera : {1, 4, 8}) {
+    Gesture gesture;
+    gesture.boxes.push_back(box_of(300, camera, 0.05f));
+    options.apart_from_planes = true;
+    EXPECT_GT(iou(select(gesture), 300), 0.85) << camera;
+    options.apart_from_planes = false;
+    EXPECT_LT(iou(select(gesture), 300), 0.7) << camera;
+  }
+}
+
+// A click in a gap covers the leaves around it and the wall far behind: it means the one of which it covers most.
+TEST_F(GestureTest, AClickMeansOneSurface) {
+  const Camera& camera = scene.cameras[4];
+  const Vec2f at = centre_of(0, 4);
+  const size_t wall = scene.cloud.size();
+  const Vec3f behind =
+      camera.centre().cast<float>() + 3 * (scene.balls[0].centre.cast<float>() - camera.centre().cast<float>());
+  for (int k = 0; k < 400; ++k)
+    add_disc(scene.cloud,
+             behind + 0.2f * Vec3f(static_cast<float>(k % 20) - 9.5f, 0, static_cast<float>(k / 20) - 9.5f),
+             Vec3f::UnitY(), 0.15f, Vec3f(0.2f, 0.2f, 0.9f));
+  scene.truth.resize(scene.cloud.size(), 0);
+  // The ball has a hole of three pixels under the click.
+  for (size_t p = 0; p < wall; ++p) {
+    Eigen::Vector2d x;
+    if (project_point(camera, scene.cloud.position[p], x) && (x.cast<float>() - at).norm() < 1.5f)
+      scene.cloud.opacity_logit[p] = -12;
+  }
+  Gesture gesture;
+  gesture.strokes.push_back({4, true, {at}, 8});
+  const GestureResult result = select(gesture);
+  size_t of_wall = 0;
+  for (size_t p = wall; p < scene.cloud.size(); ++p) of_wall += result.selected(p);
+  EXPECT_EQ(of_wall, 0u);
+  EXPECT_GT(iou(result, 300), 0.8);
+}
+
 TEST_F(GestureTest, AClickTakesAThingFromATableThatIsSmallInItsScene) {
   paint_stripes(300);
   for (int k = 0; k < 14400; ++k)  // a floor around the table
