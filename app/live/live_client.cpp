@@ -43,11 +43,13 @@ fs::path fresh_file(const fs::path& folder) {
 }  // namespace
 
 LiveClient::LiveClient(std::shared_ptr<const LiveScene> scene, fs::path recordings,
-                       std::shared_ptr<Connection> connection, std::function<void(const std::string&)> warn)
+                       std::shared_ptr<Connection> connection, std::function<void(const std::string&)> warn,
+                       std::chrono::milliseconds glance_every)
     : scene_(std::move(scene)),
       recordings_(std::move(recordings)),
       connection_(std::move(connection)),
       warn_(std::move(warn)),
+      glance_every_(glance_every),
       thread_([this] { work(); }) {}
 
 LiveClient::~LiveClient() {
@@ -177,14 +179,24 @@ void LiveClient::begin(const LiveStart& start) {
 void LiveClient::advance() {
   std::vector<LiveCommand> commands;
   commands.swap(pending_);
-  LiveAnswer next = session_->step(commands);
+  LiveAnswer next = session_->step(commands, [this] { show_within(); });
   next.holds.insert(next.holds.begin(), answer_.holds.begin(), answer_.holds.end());
   next.refused.insert(next.refused.begin(), answer_.refused.begin(), answer_.refused.end());
   if (next.failed.empty()) next.failed = answer_.failed;
   answer_ = std::move(next);
 }
 
+/// Slow motion in place of a picture that stands.
+void LiveClient::show_within() {
+  if (!running_ || Clock::now() - shown_ < glance_every_) return;
+  shown_ = Clock::now();
+  if (!connection_->idle()) return;
+  const std::string message = message_within(*session_, scene_->scene.metres_per_unit);
+  if (!message.empty()) connection_->send_bytes(message);
+}
+
 void LiveClient::send_state(std::optional<int> id) {
+  shown_ = Clock::now();
   connection_->send_bytes(state_message(*session_, answer_, id, scene_->scene.metres_per_unit));
   answer_ = {};
 }

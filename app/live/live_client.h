@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <filesystem>
@@ -19,9 +20,11 @@ namespace pliant {
 /// takes long (see RecordingText).
 class LiveClient : public Client {
  public:
-  /// `warn` is told what else only the client would hear, in the thread; null = nobody is.
+  /// `warn` is told what else only the client would hear, in the thread; null = nobody is.  After `glance_every` of a
+  /// frame that takes longer, a client whose frames run is sent how far it has come, see message_within.
   LiveClient(std::shared_ptr<const LiveScene> scene, std::filesystem::path recordings,
-             std::shared_ptr<Connection> connection, std::function<void(const std::string&)> warn = {});
+             std::shared_ptr<Connection> connection, std::function<void(const std::string&)> warn = {},
+             std::chrono::milliseconds glance_every = std::chrono::milliseconds(200));
   ~LiveClient() override;
 
   void receive(std::string text) override;
@@ -34,6 +37,7 @@ class LiveClient : public Client {
   void handle(const std::string& text);
   void begin(const LiveStart& start);
   void advance();
+  void show_within();
   void send_state(std::optional<int> id);
   std::optional<Clock::time_point> next_due() const;
   bool is_unsaved() const;
@@ -44,6 +48,7 @@ class LiveClient : public Client {
   const std::filesystem::path recordings_;
   const std::shared_ptr<Connection> connection_;
   const std::function<void(const std::string&)> warn_;
+  const std::chrono::milliseconds glance_every_;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;
@@ -58,6 +63,7 @@ class LiveClient : public Client {
   LiveAnswer answer_;                 // of the last frame, with holds and failures that were not sent yet
   bool running_ = false;
   Clock::time_point due_, save_due_;
+  Clock::time_point shown_;                 // when a state was sent
   std::optional<RecordingText> recording_;  // of this session
   std::filesystem::path file_;
   size_t saved_commands_ = 0;

@@ -92,9 +92,9 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
   return out;
 }
 
-std::string state_message(const LiveSession& session, const LiveAnswer& answer, std::optional<int> id,
-                          double metres_per_unit) {
-  const SimulationState& state = session.state();
+namespace {
+
+std::string message_of(const SimulationState& state, const LiveSession& session, json meta, double metres_per_unit) {
   const std::vector<Mat3f> F = whole_deformation(state);
   const size_t n = state.size();
   const float units = static_cast<float>(1 / metres_per_unit);
@@ -113,17 +113,10 @@ std::string state_message(const LiveSession& session, const LiveAnswer& answer, 
     for (int k = 0; k < 9; ++k) gradient[9 * i + k] = F[i](k / 3, k % 3) - (k % 4 == 0 ? 1.0f : 0.0f);
   }
   const float speed = largest_of(velocity), stretch = largest_of(gradient);
-  json meta = {{"substeps", answer.substeps},
-               {"ms", answer.ms},
-               {"forces", pairs_of(answer.forces)},
-               {"holds", pairs_of(answer.holds)},
-               {"refused", answer.refused},
-               {"failed", answer.failed.empty() ? json() : json(answer.failed)},
-               {"low", {low.x(), low.y(), low.z()}},
-               {"size", {size.x(), size.y(), size.z()}},
-               {"speed", speed},
-               {"gradient", stretch}};
-  if (id) meta["id"] = *id;
+  meta["low"] = {low.x(), low.y(), low.z()};
+  meta["size"] = {size.x(), size.y(), size.z()};
+  meta["speed"] = speed;
+  meta["gradient"] = stretch;
   std::string text = meta.dump(-1, ' ', false, json::error_handler_t::replace);
   text.resize((text.size() + 3) / 4 * 4, ' ');
 
@@ -142,6 +135,30 @@ std::string state_message(const LiveSession& session, const LiveAnswer& answer, 
   add_quantised<int16_t>(out, velocity.data(), velocity.size(), speed);
   add_quantised<int16_t>(out, gradient.data(), gradient.size(), stretch);
   return out;
+}
+
+}  // namespace
+
+std::string state_message(const LiveSession& session, const LiveAnswer& answer, std::optional<int> id,
+                          double metres_per_unit) {
+  json meta = {{"substeps", answer.substeps},
+               {"ms", answer.ms},
+               {"forces", pairs_of(answer.forces)},
+               {"holds", pairs_of(answer.holds)},
+               {"refused", answer.refused},
+               {"failed", answer.failed.empty() ? json() : json(answer.failed)},
+               {"within", false}};
+  if (id) meta["id"] = *id;
+  return message_of(session.state(), session, std::move(meta), metres_per_unit);
+}
+
+std::string message_within(const LiveSession& session, double metres_per_unit) {
+  const std::optional<SimulationState> state = session.state_within();
+  if (!state) return {};
+  const json none = json::array();
+  json meta = {{"substeps", 0},   {"ms", 0},      {"forces", none}, {"holds", none},
+               {"refused", none}, {"failed", {}}, {"within", true}};
+  return message_of(*state, session, std::move(meta), metres_per_unit);
 }
 
 std::string error_message(std::optional<int> id, const std::string& text) {

@@ -15,7 +15,8 @@ namespace pliant {
 ///                              which has M driving particles, and a frame of the clip; a refused one ends nothing
 ///   "commands": [...]          see parse_command; they take effect before the next frame
 ///   "frames": k                so many frames now, as fast as they come; the state after the last is the answer
-///   "run": true | false        frames pass in real time, and each is sent as far as the client takes them
+///   "run": true | false        frames pass in real time, and each is sent as far as the client takes them; of one that
+///                              takes long, states in between, too
 ///   "describe": true           what there is, as JSON
 struct LiveRequest {
   std::optional<int> id;
@@ -44,8 +45,11 @@ LiveRequest parse_request(std::string_view text, const InteractionFrame& frame, 
 ///   "holds"            [[number, x, y, z], ...] in metres: where grabs that began took hold
 ///   "refused"          [[number, why], ...]: what could not begin; all else goes on
 ///   "failed"           why the solver failed, or null: what was begun has ended, and the settings are those of before
+///   "within"           true where this is how far the next frame has come, which takes long: only to be shown
 std::string state_message(const LiveSession& session, const LiveAnswer& answer, std::optional<int> id,
                           double metres_per_unit);
+/// The message of a frame that is under way, for the `glance` of LiveSession::step; empty where it is not finite.
+std::string message_within(const LiveSession& session, double metres_per_unit);
 
 /// {"id", "error"} of a request that could not be done, or {"error"} of what fails by itself.  The third text that a
 /// client is sent is {"said": text}, of what the program does beside the simulation: nothing needs to be done about it.

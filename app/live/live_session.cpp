@@ -112,18 +112,18 @@ void LiveSession::apply(const LiveCommand& command, LiveAnswer& answer) {
   }
 }
 
-LiveAnswer LiveSession::step(std::span<const LiveCommand> commands) {
+LiveAnswer LiveSession::step(std::span<const LiveCommand> commands, const std::function<void()>& glance) {
   LiveAnswer answer;
   for (const LiveCommand& command : commands) history_.push_back({frames_, command.text});
   const SimulationState good = session_->state();
   const auto start = std::chrono::steady_clock::now();
   try {
     for (const LiveCommand& command : commands) apply(command, answer);
-    session_->advance();
+    session_->advance(glance);
     if (!finite(session_->state())) throw numerical_error("simulate", "the motion is not finite", "push less");
   } catch (const Error& error) {
     answer.failed = error.what();
-    recover(good);
+    recover(good, glance);
   }
   ++frames_;
   answer.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -131,6 +131,12 @@ LiveAnswer LiveSession::step(std::span<const LiveCommand> commands) {
   for (const auto& [number, active] : active_) answer.forces.emplace_back(number, session_->force(active.in_session));
   forget_ended();
   return answer;
+}
+
+std::optional<SimulationState> LiveSession::state_within() const {
+  SimulationState state = session_->state_within();
+  if (!finite(state)) return {};
+  return state;
 }
 
 /// Frees the numbers of what has ended by its duration.
@@ -142,7 +148,7 @@ void LiveSession::forget_ended() {
 }
 
 /// One frame from the first of these states with which it works in few substeps: a person waits for all that are tried.
-void LiveSession::recover(const SimulationState& good) {
+void LiveSession::recover(const SimulationState& good, const std::function<void()>& glance) {
   const SimulationState states[] = {good, at_rest(good), at_rest(first_)};
   for (const SimulationState& state : states) {
     try {
@@ -150,7 +156,7 @@ void LiveSession::recover(const SimulationState& good) {
       SessionSettings settings = session_->settings();
       settings.max_substeps = most_substeps(options_, particles_, 1, 0);
       session_->set(settings);
-      session_->advance();
+      session_->advance(glance);
       if (!finite(session_->state())) continue;
       settings.max_substeps = options_.max_substeps;
       session_->set(settings);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,10 +30,12 @@ class LiveSession {
   LiveSession(const SimulateOptions& options, const Particles& particles, const std::vector<Interaction>& held,
               const SimulationState& start);
 
-  /// Commands in order, then a frame.  Throws Error{kNumerical} where not even the start can be simulated.
-  LiveAnswer step(std::span<const LiveCommand> commands);
+  /// Commands in order, then a frame.  Throws Error{kNumerical} where not even the start can be simulated.  `glance`
+  /// is called after every time step, and may ask for `state_within`.
+  LiveAnswer step(std::span<const LiveCommand> commands, const std::function<void()>& glance = {});
 
   const SimulationState& state() const { return session_->state(); }
+  std::optional<SimulationState> state_within() const;  ///< of the frame under way, see Session; none if not finite
   const Particles& particles() const { return particles_; }
   int held_at_start() const { return held_at_start_; }
   int frames() const { return frames_; }  ///< since the start, failures included
@@ -54,7 +57,7 @@ class LiveSession {
   void begin(const LiveCommand& command, LiveAnswer& answer);
   void apply(const LiveCommand& command, LiveAnswer& answer);
   void forget_ended();
-  void recover(const SimulationState& good);
+  void recover(const SimulationState& good, const std::function<void()>& glance);
 
   SimulateOptions options_;
   Particles particles_;

@@ -150,7 +150,7 @@ void Session::end(int number) {
   rebuild();
 }
 
-void Session::advance() {
+void Session::advance(const std::function<void()>& glance) {
   for (size_t k = 0; k < active_.size(); ++k) {
     Active& a = active_[k];
     Interaction& it = history_[a.number];
@@ -164,7 +164,7 @@ void Session::advance() {
     simulator_->set_path(k, it.path);
   }
   SimulationState next = state_;
-  simulator_->advance(next);
+  simulator_->advance(next, glance);
   state_ = std::move(next);
   substeps_ = summary_.substeps_of_frame.back();
   for (size_t k = 0; k < active_.size(); ++k) active_[k].force = options_.fps * summary_.impulse_of_frame.back()[k];
@@ -172,6 +172,12 @@ void Session::advance() {
   const size_t before = active_.size();
   std::erase_if(active_, [&](const Active& a) { return is_over(history_[a.number], state_.time); });
   if (active_.size() != before) rebuild();
+}
+
+SimulationState Session::state_within() const {
+  SimulationState state = state_;
+  simulator_->solver().store(state);
+  return state;
 }
 
 bool Session::acts(int number) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -43,7 +44,10 @@ class Session {
   /// Lets go now.
   void end(int number);
   /// One frame.  Throws Error{kNumerical} where no time step is small enough; the state is that of the last frame.
-  void advance();
+  /// `glance` is called after every time step, and may ask for `state_within`.
+  void advance(const std::function<void()>& glance = {});
+  /// How far the frame under way has come: what can be shown while it takes long.  Frame and time are those before it.
+  SimulationState state_within() const;
 
   /// Whether an interaction has not ended yet, by `end` or by its duration; an impulse ends with its frame.
   bool acts(int number) const;

@@ -125,14 +125,14 @@ int Simulator<T>::substeps_of(const BasicSimulationState<T>& state) const {
 }
 
 template <class T>
-void Simulator<T>::advance(BasicSimulationState<T>& state) {
+void Simulator<T>::advance(BasicSimulationState<T>& state, const std::function<void()>& glance) {
   int substeps = substeps_of(state), tried = 0;
   for (int halvings = 0;;) {
     if (halvings > options_.max_retries || substeps > options_.max_substeps)
       throw unstable(state.frame + 1, tried, substeps > options_.max_substeps ? options_.max_substeps : 0);
     begin_frame(state);
     tried = substeps;
-    if (run(state, substeps, 0, substeps)) break;
+    if (run(state, substeps, 0, substeps, nullptr, glance)) break;
     // The smallest step that is allowed is tried in any case.
     const int left = options_.max_retries - halvings, more = std::min(halvings_of(courant_number_), std::max(left, 1));
     halvings += more;
@@ -172,7 +172,8 @@ void Simulator<T>::see_border(int frame) {
 }
 
 template <class T>
-bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape) {
+bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape,
+                       const std::function<void()>& glance) {
   const double start = state.frame / options_.fps, dt = time_step(substeps);
   const bool good = solver_.advance(
       last - first, static_cast<T>(dt), loads_,
@@ -188,7 +189,9 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
           if (schedule_[k].type == InteractionType::kWeight)
             impulse_[k] += dt * schedule_[k].mass * loads_.gravity.template cast<double>();
         courant_number_ = courant_number(solver_.max_speed(), dt, options_.courant_cap, kJumpCap);
-        return courant_number_ <= 1;
+        if (courant_number_ > 1) return false;
+        if (glance) glance();
+        return true;
       },
       tape);
   if (good && last == substeps && options_.sleep_speed > 0) see_border(state.frame + 1);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "physics/mpm/mpm.h"
@@ -38,13 +39,15 @@ class Simulator {
   /// Substeps of the next frame: `options.substeps`, or what the Courant number asks for.
   int substeps_of(const BasicSimulationState<T>& state) const;
 
-  /// Advances `state` by one frame, with a smaller time step again if it becomes unstable.
-  void advance(BasicSimulationState<T>& state);
+  /// Advances `state` by one frame, with a smaller time step again if it becomes unstable.  `glance` is called after
+  /// every time step, and may store the solver's state.
+  void advance(BasicSimulationState<T>& state, const std::function<void()>& glance = {});
 
   /// Loads the start of a frame into the solver.
   void begin_frame(const BasicSimulationState<T>& state);
   /// Takes substeps [first, last) of `substeps` of the frame that starts at `state`; false when unstable.
-  bool run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape = nullptr);
+  bool run(const BasicSimulationState<T>& state, int substeps, int first, int last, StepTape<T>* tape = nullptr,
+           const std::function<void()>& glance = {});
   double time_step(int substeps) const { return 1 / options_.fps / substeps; }
   bool interrupted() const { return options_.interrupted && options_.interrupted(); }
 

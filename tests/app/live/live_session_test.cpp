@@ -86,6 +86,23 @@ TEST(LiveSession, WhatWasDoneDoneAgainGivesTheSameBits) {
   EXPECT_GT((first.state().x.back() - bar.particles.position.back()).norm(), 1e-4f) << "something moved";
 }
 
+// To look at a frame under way changes no bit of it, and what is seen after its last time step is the frame.
+TEST(LiveSession, AGlanceChangesNothing) {
+  const PlayedBar bar;
+  LiveSession watched = bar.session(), alone = bar.session();
+  const std::vector<LiveCommand> pull = {command(grab_of(7, {0.015, 0.015, 0.07}, 0.03)),
+                                         command({"drag", 7, 0.02, 0.01, 0})};
+  for (int frame = 0; frame < 10; ++frame) {
+    const std::vector<LiveCommand> commands = frame == 2 ? pull : std::vector<LiveCommand>();
+    std::vector<SimulationState> seen;
+    const LiveAnswer answer = watched.step(commands, [&] { seen.push_back(*watched.state_within()); });
+    alone.step(commands);
+    ASSERT_EQ(seen.size(), static_cast<size_t>(answer.substeps));
+    EXPECT_TRUE(same_bits(seen.back(), watched.state())) << frame;
+    EXPECT_TRUE(same_bits(watched.state(), alone.state())) << frame;
+  }
+}
+
 // The force that is read back is the one that was ordered, in newtons.
 TEST(LiveSession, APushIsAsStrongAsItSays) {
   const PlayedBar bar;

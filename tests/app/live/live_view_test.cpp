@@ -104,6 +104,33 @@ TEST_F(View, RunsByItselfUntilItIsTold) {
   FAIL() << "it did not stop";
 }
 
+// A frame that takes long is shown as far as it has come, between the frame before and itself; the frames that are
+// asked for by number are not.
+TEST_F(View, AFrameThatTakesLongIsShownAsFarAsItHasCome) {
+  LiveClient client(live_, recordings(), inbox_, {}, std::chrono::milliseconds(0));
+  client.receive(R"({"id": 1, "frames": 3})");
+  const std::string asked = inbox_->next();
+  EXPECT_EQ(meta_of(asked)["id"], 1);
+  EXPECT_EQ(meta_of(asked)["within"], false);
+  client.receive(R"({"run": true})");
+  int within = 0;
+  for (uint32_t frames = word(asked, 8); frames < 6;) {
+    const std::string message = inbox_->next();
+    const json meta = meta_of(message);
+    ASSERT_TRUE(meta.is_object()) << message.substr(0, 100);
+    EXPECT_EQ(word(message, 12), word(asked, 12)) << "particles";
+    const bool whole = !meta["within"].get<bool>();
+    EXPECT_EQ(word(message, 8), frames + (whole ? 1 : 0));
+    frames = word(message, 8);
+    if (whole) {
+      EXPECT_EQ(within, meta["substeps"].get<int>()) << "one of each time step";
+      within = 0;
+    } else {
+      ++within;
+    }
+  }
+}
+
 TEST_F(View, WhatSomeoneAskedForWhoHasLeftIsNotSimulated) {
   {
     LiveClient client(live_, recordings(), inbox_);
