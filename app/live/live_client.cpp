@@ -179,6 +179,7 @@ void LiveClient::begin(const LiveStart& start) {
 void LiveClient::advance() {
   std::vector<LiveCommand> commands;
   commands.swap(pending_);
+  shown_ = Clock::now();
   LiveAnswer next = session_->step(commands, [this] { show_within(); });
   next.holds.insert(next.holds.begin(), answer_.holds.begin(), answer_.holds.end());
   next.refused.insert(next.refused.begin(), answer_.refused.begin(), answer_.refused.end());
@@ -186,8 +187,9 @@ void LiveClient::advance() {
   answer_ = std::move(next);
 }
 
-/// Slow motion in place of a picture that stands.
+/// Slow motion in place of a picture that stands; nobody waits for the frame of a client that has left.
 void LiveClient::show_within() {
+  if (ended_) throw Error(Failure::kInterrupted, "view", "", "the client has left", "connect again");
   if (!running_ || Clock::now() - shown_ < glance_every_) return;
   shown_ = Clock::now();
   if (!connection_->idle()) return;
@@ -196,7 +198,6 @@ void LiveClient::show_within() {
 }
 
 void LiveClient::send_state(std::optional<int> id) {
-  shown_ = Clock::now();
   connection_->send_bytes(state_message(*session_, answer_, id, scene_->scene.metres_per_unit));
   answer_ = {};
 }

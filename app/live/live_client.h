@@ -63,7 +63,7 @@ class LiveClient : public Client {
   LiveAnswer answer_;                 // of the last frame, with holds and failures that were not sent yet
   bool running_ = false;
   Clock::time_point due_, save_due_;
-  Clock::time_point shown_;                 // when a state was sent
+  Clock::time_point shown_;                 // when the frame began, or was shown as far as it had come
   std::optional<RecordingText> recording_;  // of this session
   std::filesystem::path file_;
   size_t saved_commands_ = 0;

@@ -27,6 +27,7 @@ bool finite(const SimulationState& state) {
 SimulationState at_rest(SimulationState state) {
   for (Vec3f& v : state.v) v.setZero();
   for (Vec3f& v : state.node_velocity) v.setZero();
+  for (Mat3f& C : state.C) C.setZero();
   return state;
 }
 
@@ -114,6 +115,7 @@ void LiveSession::apply(const LiveCommand& command, LiveAnswer& answer) {
 
 LiveAnswer LiveSession::step(std::span<const LiveCommand> commands, const std::function<void()>& glance) {
   LiveAnswer answer;
+  const size_t done = history_.size();
   for (const LiveCommand& command : commands) history_.push_back({frames_, command.text});
   const SimulationState good = session_->state();
   const auto start = std::chrono::steady_clock::now();
@@ -122,6 +124,10 @@ LiveAnswer LiveSession::step(std::span<const LiveCommand> commands, const std::f
     session_->advance(glance);
     if (!finite(session_->state())) throw numerical_error("simulate", "the motion is not finite", "push less");
   } catch (const Error& error) {
+    if (error.failure == Failure::kInterrupted) {
+      history_.erase(history_.begin() + static_cast<std::ptrdiff_t>(done), history_.end());
+      throw;
+    }
     answer.failed = error.what();
     recover(good, glance);
   }
@@ -161,8 +167,8 @@ void LiveSession::recover(const SimulationState& good, const std::function<void(
       settings.max_substeps = options_.max_substeps;
       session_->set(settings);
       return;
-    } catch (const Error&) {
-      if (&state == &states[2]) throw;
+    } catch (const Error& error) {
+      if (&state == &states[2] || error.failure == Failure::kInterrupted) throw;
     }
   }
   throw numerical_error("simulate", "not even the body at rest can be simulated", "simulate it again");

@@ -31,7 +31,8 @@ class LiveSession {
               const SimulationState& start);
 
   /// Commands in order, then a frame.  Throws Error{kNumerical} where not even the start can be simulated.  `glance`
-  /// is called after every time step, and may ask for `state_within`.
+  /// is called after every time step, and may ask for `state_within`, or throw Error{kInterrupted}, which ends the
+  /// session.
   LiveAnswer step(std::span<const LiveCommand> commands, const std::function<void()>& glance = {});
 
   const SimulationState& state() const { return session_->state(); }

@@ -1,6 +1,7 @@
 #include "app/live/live_view.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
@@ -84,6 +85,7 @@ LiveScreen live_screen(const Context& context, const RunDirectory& run, const Sc
 }
 
 json serve(const Context& context, const ViewOptions& options, LocalServer& server, LiveSite& site) {
+  mallopt(M_MMAP_THRESHOLD, 128 << 10);  // a fixed one: what bodies of many sessions took goes back to the system
   const std::string url = server.url();
   if (options.server.allow_remote && !server.is_remote())
     context.progress.warn("view: --allow-remote lets no other machine in while the address is " + options.server.host +

@@ -33,19 +33,31 @@ void count_rules(const std::vector<SelectionRule>& rules, GestureResult::Summary
 }  // namespace
 
 /// The largest part, parts that were marked as the object's, and those that lie against them.  Where there is a
-/// proposal the largest counts only as that: colours may find something else that looks alike.
+/// proposal the largest counts only as that, because colours may find something else that looks alike, and failing
+/// marks the part that holds most of it.
 void Selector::keep_main_part() {
   const std::vector<int> part = connected_parts(graph_, label_, options_.link, !planes_.empty());
   std::vector<uint8_t> wanted(label_.size() + 1, 0);
-  size_t size = 0, proposed = 0;
+  bool marked = false;
   for (size_t p = 0; p < label_.size(); ++p)
-    if (part[p] == 0) {
-      ++size;
-      proposed += !proposed_.empty() && proposed_[p];
+    if (label_[p] && fixed_[p] > 0) {
+      wanted[part[p]] = 1;
+      marked = true;
     }
-  wanted[0] = proposed_.empty() || 2 * proposed > size;
-  for (size_t p = 0; p < label_.size(); ++p)
-    if (label_[p] && fixed_[p] > 0) wanted[part[p]] = 1;
+  if (proposed_.empty()) {
+    wanted[0] = 1;
+  } else {
+    std::vector<size_t> size(label_.size() + 1, 0), proposed = size;
+    for (size_t p = 0; p < label_.size(); ++p) {
+      if (!label_[p]) continue;
+      ++size[part[p]];
+      proposed[part[p]] += proposed_[p];
+    }
+    if (2 * proposed[0] > size[0])
+      wanted[0] = 1;
+    else if (!marked)
+      wanted[std::max_element(proposed.begin(), proposed.end()) - proposed.begin()] = 1;
+  }
   if (options_.attach) wanted = attached_parts(graph_, part, std::move(wanted));
   for (size_t p = 0; p < label_.size(); ++p) {
     if (!label_[p] || wanted[part[p]]) continue;
@@ -128,7 +140,7 @@ void Selector::grow(const std::optional<SelectionShape>& shape, GestureResult& r
   result.summary.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
+GestureResult Selector::run(const std::optional<SelectionShape>& shape, const std::vector<int>* part) {
   const auto start = std::chrono::steady_clock::now();
   find_members(shape);
   fix_seeds();
@@ -149,10 +161,12 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     propose_around_seeds();
     cut(options_.cut);
   }
-  for (size_t p = 0; p < label_.size(); ++p)
-    if (member_[p] && !label_[p]) rule_[p] = SelectionRule::kCut;
   keep_main_part();
-  if (!gesture_.boxes.empty()) take_what_fills_boxes();
+  if (part && !part->empty())
+    propose_whole(part_ = *part);
+  else if (!part && !gesture_.boxes.empty() && !shape)
+    find_what_fills_boxes();
+  if (!part_.empty()) take_proposal_for_boxes();
   find_support();
   const std::vector<uint8_t> first = label_;
   for (int round = 0; round < options_.refine_rounds; ++round) {
@@ -171,7 +185,10 @@ GestureResult Selector::run(const std::optional<SelectionShape>& shape) {
     // Evidence alone decides how sure the label is, the cut which side it is on.
     const float sure = sigmoid(std::clamp(evidence_[p], -6.0f, 6.0f));
     result.probability[p] = label_[p] ? std::max(sure, kTaken) : std::min(sure, kLeft);
-    if (label_[p]) rule_[p] = SelectionRule::kKept;
+    if (label_[p])
+      rule_[p] = SelectionRule::kKept;
+    else if (rule_[p] == SelectionRule::kKept)
+      rule_[p] = SelectionRule::kCut;
   }
   count_rules(rule_, summary_);
   if (summary_.selected == 0)
@@ -224,9 +241,12 @@ GestureResult select_by_gesture(const GestureOptions& options, const Gesture& ge
   Gesture so_far;
   so_far.boxes = gesture.boxes;
   std::optional<GestureResult> result;
+  std::vector<int> part;
   for (size_t k = 0; k <= gesture.strokes.size(); ++k) {
     if (k > 0) so_far.strokes.push_back(gesture.strokes[k - 1]);
-    GestureResult next = Selector(options, so_far, cloud, cameras, scene).run(shape);
+    Selector selector(options, so_far, cloud, cameras, scene);
+    GestureResult next = selector.run(shape, k > 0 ? &part : nullptr);
+    part = selector.part();
     result = result ? joined(*result, std::move(next), so_far.strokes.back().foreground) : std::move(next);
   }
   return grown(*std::move(result));

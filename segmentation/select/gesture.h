@@ -37,7 +37,7 @@ struct GestureOptions {
   float unseen_prior =
       0.3f;                ///< share of refine_prior that holds for Gaussians on which the boxes' pictures say nothing
   float stroke_reach = 2;  ///< path in the graph over which a stroke outweighs the pictures; 0 = only what it covers
-  bool apart_from_planes = true;  ///< without a box, a thing hangs together apart from the planes behind it
+  bool apart_from_planes = true;  ///< what hangs together, does so apart from the planes behind it
   float enclosed = 0.005f;   ///< parts in the boxes that touch nothing but the object come back when they hold this
                              ///< share of its opacity; 1 = never
   bool one_by_one = true;    ///< beside boxes, a background stroke only takes away and a foreground one only adds

@@ -21,7 +21,10 @@ class Selector {
         prompts_(cloud.size()),
         rule_(cloud.size()) {}
 
-  GestureResult run(const std::optional<SelectionShape>& shape);
+  /// `part`: what an earlier run took a part of a thing for, see `part()`; null = it is decided.
+  GestureResult run(const std::optional<SelectionShape>& shape, const std::vector<int>* part = nullptr);
+  /// Gaussians that colours found in the boxes, where what hangs together with them counts instead; else none.
+  const std::vector<int>& part() const { return part_; }
   /// Adds what lies against the selection, as near as its own Gaussians lie to each other, `gesture.grow` times, or
   /// takes its outermost Gaussians where that is negative. What strokes mark stays as they say, and what is outside the
   /// boxes stays outside.
@@ -35,12 +38,14 @@ class Selector {
   void look_at_boxes();
   bool on_plane(int p) const;
   void propose_around_seeds();
-  void propose_apart_from_planes(const std::vector<int>& sources);
+  void propose_apart_from_planes(const std::vector<int>& sources, int least);
   void believe_proposal();
-  void take_what_fills_boxes();
+  void find_what_fills_boxes();
+  void propose_whole(const std::vector<int>& part);
+  void take_proposal_for_boxes();
   float box_fit() const;
-  void try_plane(Support plane, const std::vector<int>& sources);
-  void propose(const std::vector<int>& sources);
+  void try_plane(Support plane, const std::vector<int>& sources, int least);
+  void propose(const std::vector<int>& sources, int least);
   void add_proposal(const std::vector<int>& sources);
   std::vector<float> distance_to_neighbours() const;
   std::vector<int> before_planes(const std::vector<int>& sources) const;
@@ -71,6 +76,7 @@ class Selector {
   std::vector<std::vector<int>> marks_;                  // Gaussians of each stroke over the object
   std::vector<uint8_t> label_;                           // [N]
   std::vector<uint8_t> proposed_;                        // [N] what hangs together, before any cut, where that counts
+  std::vector<int> part_;                                // see part()
   std::vector<float> evidence_;                          // [N] of the last cut
   std::vector<float> support_;                           // [N] evidence from the plane that the object stands on
   std::vector<Support> planes_;                          // that what was clicked stands on or hangs at

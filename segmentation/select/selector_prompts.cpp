@@ -12,6 +12,7 @@ namespace {
 
 constexpr float kStrokeShare = 0.5f;    // of its visible weight that a fixed Gaussian has under the stroke
 constexpr float kStrokeWeight = 0.05f;  // px of it at least
+constexpr double kSurfaceShare = 0.25;  // of what a click covers that the surface it means makes
 constexpr double kBehind = 1.2;         // depth / depth of what lies before it from which on it is another surface
 
 struct Hit {
@@ -20,22 +21,19 @@ struct Hit {
   double depth = 0;  ///< along the optical axis (scene units)
 };
 
-/// A click between leaves covers what lies behind them, too: the surface of which it covers most counts, the nearest
-/// of equal ones.
+/// A click between leaves or on a stem covers what lies behind them, too: the nearest surface counts that is more than
+/// a speck before the others.
 std::vector<Hit> one_surface(std::vector<Hit> hits) {
   std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.depth < b.depth; });
-  size_t best = 0, end = 0;
-  double most = 0;
-  for (size_t first = 0, next = 0; first < hits.size(); first = next) {
+  double all = 0;
+  for (const Hit& hit : hits) all += hit.weight;
+  for (auto first = hits.begin(), next = first; first != hits.end(); first = next) {
     double weight = 0;
-    do weight += hits[next++].weight;
-    while (next < hits.size() && hits[next].depth <= kBehind * hits[next - 1].depth);
-    if (weight <= most) continue;
-    most = weight;
-    best = first;
-    end = next;
+    do weight += next++->weight;
+    while (next != hits.end() && next->depth <= kBehind * (next - 1)->depth);
+    if (weight >= kSurfaceShare * all) return {first, next};
   }
-  return {hits.begin() + static_cast<std::ptrdiff_t>(best), hits.begin() + static_cast<std::ptrdiff_t>(end)};
+  return hits;
 }
 
 }  // namespace
@@ -88,18 +86,19 @@ void Selector::fix_seeds() {
     Lift lift(cloud_.size());
     lift.add(cloud_, window.camera, options_.render, stroke_pixels(window, stroke));
     std::vector<Hit> hits;
-    size_t best = 0, found = 0;
+    std::optional<size_t> best;  // under the stroke, where nothing is mostly
+    size_t found = 0;
     for (size_t p = 0; p < cloud_.size(); ++p) {
       if (stroke.foreground && !member_[p]) continue;
-      if (lift.inside[p] > lift.inside[best]) best = p;
+      if (lift.inside[p] > (best ? lift.inside[*best] : 0.0f)) best = p;
       if (lift.inside[p] < kStrokeWeight || lift.inside[p] < kStrokeShare * lift.total[p]) continue;
       hits.push_back({p, lift.inside[p], (window.camera.cam_from_world * cloud_.position[p].cast<double>()).z()});
     }
     if (stroke.points.size() == 1) hits = one_surface(std::move(hits));
     for (const Hit& hit : hits) mark(hit.gaussian, s);
     found = hits.size();
-    if (found == 0 && lift.inside[best] > 0 && (!stroke.foreground || member_[best])) {
-      mark(best, s);
+    if (found == 0 && best) {
+      mark(*best, s);
       ++found;
     }
     if (found == 0)

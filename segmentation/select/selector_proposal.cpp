@@ -16,7 +16,8 @@ constexpr double kMostMore = 1;  // of what a further mark proposes / what is th
 constexpr float kTied = 2.1f;    // is tied to the rest by at most so much of what holds it / its Gaussians' root: half
                                  // a ball is by 1.9, half of that by 2.4 and more,
 constexpr float kBeyond = 0.8f;  // and the plane goes on beyond it in so many directions, at least.
-constexpr float kRough = 1.5f;   // times as thick a rough plane may be as it was found
+constexpr int kOfMark = 2, kOfPart = 1;  // superpoints of a proposal / of a mark, of a part of the thing, at least
+constexpr float kRough = 1.5f;           // times as thick a rough plane may be as it was found
 // IoU of a box with the rectangle around what is selected
 constexpr float kFits = 0.7f;         // that of what a person means, and
 constexpr float kFitsBetter = 0.15f;  // what another thing must have more.
@@ -37,12 +38,12 @@ std::vector<int> Selector::before_planes(const std::vector<int>& sources) const 
 
 /// Takes a plane that is narrower than the scene if what was marked stands on it, as thick as it was found or, where it
 /// is rough, thicker.
-void Selector::try_plane(Support plane, const std::vector<int>& sources) {
+void Selector::try_plane(Support plane, const std::vector<int>& sources, int least) {
   const std::vector<uint8_t> label = label_;
   for (const float thickness : {1.0f, kRough}) {
     plane.tolerance *= thickness;
     planes_.push_back(plane);
-    propose(sources);
+    propose(sources, least);
     const bool goes_on = share_beyond(plane, cloud_.position, label_) >= kBeyond;
     const auto count = static_cast<float>(std::count(label_.begin(), label_.end(), 1));
     if (goes_on && tied_share(graph_, label_) * std::sqrt(count) <= kTied) return;
@@ -53,7 +54,7 @@ void Selector::try_plane(Support plane, const std::vector<int>& sources) {
 }
 
 /// The planes that what was marked at these Gaussians stands on or hangs at, and the proposal apart from them.
-void Selector::propose_apart_from_planes(const std::vector<int>& sources) {
+void Selector::propose_apart_from_planes(const std::vector<int>& sources, int least) {
   Vec3f middle = Vec3f::Zero();
   for (const int p : sources) middle += cloud_.position[p] / static_cast<float>(sources.size());
   SupportOptions options;
@@ -71,14 +72,14 @@ void Selector::propose_apart_from_planes(const std::vector<int>& sources) {
                         std::back_inserter(nearby));
     }
   }
-  propose(sources);
-  for (const Support& plane : nearby) try_plane(plane, sources);
+  propose(sources, least);
+  for (const Support& plane : nearby) try_plane(plane, sources, least);
 }
 
 void Selector::propose_around_seeds() {
   if (marks_.empty()) return;
   const std::vector<int>& sources = marks_[0];
-  propose_apart_from_planes(sources);
+  propose_apart_from_planes(sources, kOfMark);
   for (size_t k = 1; k < marks_.size(); ++k) add_proposal(marks_[k]);
   const std::vector<int> before = before_planes(sources);
   if (before.size() < sources.size()) {
@@ -110,7 +111,7 @@ float Selector::box_fit() const {
       us.push_back(static_cast<float>(x.x()));
       vs.push_back(static_cast<float>(x.y()));
     }
-    if (us.empty()) return 0;
+    if (us.empty()) return 1;  // nothing to judge by
     const float x0 = quantile(us, kStray), x1 = quantile(us, 1 - kStray);
     const float y0 = quantile(vs, kStray), y1 = quantile(vs, 1 - kStray);
     const float both = std::max(0.0f, std::min(x1, box.x1) - std::max(x0, box.x0)) *
@@ -121,25 +122,35 @@ float Selector::box_fit() const {
   return least;
 }
 
+/// What hangs together with a part of a thing, whatever leaves the boxes.
+void Selector::propose_whole(const std::vector<int>& part) {
+  const std::vector<uint8_t> member = member_;
+  member_.assign(member.size(), 1);
+  propose_apart_from_planes(part, kOfPart);
+  member_ = member;
+}
+
 /// People draw boxes that a thing fills (Lempitsky et al. 2009), colours may take one part of it.  What hangs together
 /// with that part counts instead where it fits the boxes better, judged with what leaves them.
-void Selector::take_what_fills_boxes() {
+void Selector::find_what_fills_boxes() {
   const float fit = box_fit();
   if (fit >= kFits) return;
-  const std::vector<uint8_t> label = label_, member = member_;
-  std::vector<int> sources;
+  const std::vector<uint8_t> label = label_;
+  std::vector<int> part;
   for (size_t p = 0; p < label.size(); ++p)
-    if (label[p]) sources.push_back(static_cast<int>(p));
-  if (sources.empty()) return;
-  member_.assign(member.size(), 1);
-  propose_apart_from_planes(sources);
-  member_ = member;
-  if (box_fit() < fit + kFitsBetter) {
+    if (label[p]) part.push_back(static_cast<int>(p));
+  propose_whole(part);
+  if (box_fit() >= fit + kFitsBetter) {
+    part_ = std::move(part);
+  } else {
     label_ = label;
     planes_.clear();
-    return;
   }
-  for (size_t p = 0; p < label.size(); ++p) label_[p] &= member[p];
+}
+
+/// The pictures in the boxes do not count beside a proposal, as their colours found the part alone.
+void Selector::take_proposal_for_boxes() {
+  for (size_t p = 0; p < label_.size(); ++p) label_[p] &= member_[p];
   prompts_ = Lift(cloud_.size());
   believe_proposal();
   cut(options_.cut);
@@ -150,7 +161,7 @@ void Selector::take_what_fills_boxes() {
 /// was marked is a part of something larger, and the mark adds what lies around it.
 void Selector::add_proposal(const std::vector<int>& sources) {
   const std::vector<uint8_t> label = label_;
-  propose(sources);
+  propose(sources, kOfMark);
   size_t there = 0, added = 0;
   for (size_t p = 0; p < label.size(); ++p) {
     there += label[p];
@@ -174,8 +185,9 @@ std::vector<float> Selector::distance_to_neighbours() const {
   return apart;
 }
 
-/// What hangs together with the marked Gaussians apart from the planes, as `label_`.
-void Selector::propose(const std::vector<int>& sources) {
+/// What hangs together with the marked Gaussians apart from the planes, as `label_`: at least so many times as many
+/// superpoints as are marked.
+void Selector::propose(const std::vector<int>& sources, int least) {
   std::vector<uint8_t> behind(cloud_.size());
   for (size_t p = 0; p < cloud_.size(); ++p) behind[p] = on_plane(static_cast<int>(p));
   // The graph of the superpoints without what ties things to the planes behind them; what is left hangs together
@@ -215,7 +227,7 @@ void Selector::propose(const std::vector<int>& sources) {
     if (fixed_[p] < 0) background.push_back(static_cast<int>(p));
   // What lies clearly nearer to a stroke over the background is the background's.
   const std::vector<int> order = order_apart(adjacency, strongest, marked, nodes_of(background), kNearer);
-  const size_t first = best_sweep(adjacency, sums, inner, order, 2 * marked.size());
+  const size_t first = best_sweep(adjacency, sums, inner, order, least * marked.size());
   std::vector<uint8_t> taken(inner.size(), 0);
   for (size_t k = 0; k < first; ++k) taken[order[k]] = 1;
   for (size_t p = 0; p < cloud_.size(); ++p) label_[p] = member_[p] && taken[node(static_cast<int>(p))];

@@ -26,7 +26,11 @@ std::vector<Selector::Look> Selector::looks_at_selection() {
   // Prepared views, and those with prompts.
   std::vector<int> sources;
   for (const RegionView& view : scene_.views) sources.push_back(view.window.source);
-  for (const StrokePrompt& stroke : gesture_.strokes) sources.push_back(stroke.camera);
+  std::vector<int> first;  // where something was marked that the evidence does not hold yet
+  for (const StrokePrompt& stroke : gesture_.strokes) first.push_back(stroke.camera);
+  if (!proposed_.empty())
+    for (const BoxPrompt& box : gesture_.boxes) first.push_back(box.camera);
+  sources.insert(sources.end(), first.begin(), first.end());
   std::sort(sources.begin(), sources.end());
   sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
   std::vector<Candidate> candidates;
@@ -61,9 +65,9 @@ std::vector<Selector::Look> Selector::looks_at_selection() {
       other.distance = std::min(other.distance, (other.direction - chosen.direction).squaredNorm());
     chosen.distance = -1;
   };
-  for (const StrokePrompt& stroke : gesture_.strokes)
+  for (const int camera : first)
     for (size_t k = 0; k < candidates.size(); ++k)
-      if (candidates[k].camera == stroke.camera && candidates[k].distance >= 0) take(k);
+      if (candidates[k].camera == camera && candidates[k].distance >= 0) take(k);
   while (static_cast<int>(looks.size()) < options_.refine_views) {
     size_t best = candidates.size();
     for (size_t k = 0; k < candidates.size(); ++k)

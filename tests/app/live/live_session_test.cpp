@@ -88,19 +88,68 @@ TEST(LiveSession, WhatWasDoneDoneAgainGivesTheSameBits) {
 
 // To look at a frame under way changes no bit of it, and what is seen after its last time step is the frame.
 TEST(LiveSession, AGlanceChangesNothing) {
-  const PlayedBar bar;
-  LiveSession watched = bar.session(), alone = bar.session();
-  const std::vector<LiveCommand> pull = {command(grab_of(7, {0.015, 0.015, 0.07}, 0.03)),
-                                         command({"drag", 7, 0.02, 0.01, 0})};
-  for (int frame = 0; frame < 10; ++frame) {
-    const std::vector<LiveCommand> commands = frame == 2 ? pull : std::vector<LiveCommand>();
-    std::vector<SimulationState> seen;
-    const LiveAnswer answer = watched.step(commands, [&] { seen.push_back(*watched.state_within()); });
-    alone.step(commands);
-    ASSERT_EQ(seen.size(), static_cast<size_t>(answer.substeps));
-    EXPECT_TRUE(same_bits(seen.back(), watched.state())) << frame;
-    EXPECT_TRUE(same_bits(watched.state(), alone.state())) << frame;
+  enum Kind { kLagrangian, kEulerian, kMetal, kSleeping };
+  for (const Kind kind : {kLagrangian, kEulerian, kMetal, kSleeping}) {
+    PlayedBar bar;
+    if (kind == kEulerian) bar.options.grid = GridKind::kEulerian;
+    if (kind == kSleeping) bar.options.sleep_speed = 0.01;
+    if (kind == kMetal) {
+      bar.particles.materials[0].law = Law::kMetal;
+      bar.particles.materials[0].yield_stress = 200;
+    }
+    LiveSession watched = bar.session(), alone = bar.session();
+    const std::vector<LiveCommand> pull = {command(grab_of(7, {0.015, 0.015, 0.07}, 0.03)),
+                                           command({"drag", 7, 0.02, 0.01, 0})};
+    const json kick = {{"type", "impulse"}, {"region", "all"}, {"impulse", {1e7, 0, 0}}};
+    const std::vector<LiveCommand> too_much = {command({"begin", 9, kick})};
+    for (int frame = 0; frame < 10; ++frame) {
+      const std::vector<LiveCommand> commands = frame == 2 ? pull : frame == 7 ? too_much : std::vector<LiveCommand>();
+      std::vector<SimulationState> seen;
+      const LiveAnswer answer = watched.step(commands, [&] { seen.push_back(*watched.state_within()); });
+      alone.step(commands);
+      EXPECT_EQ(answer.failed.empty(), frame != 7);
+      ASSERT_GE(seen.size(), static_cast<size_t>(answer.substeps));
+      EXPECT_TRUE(same_bits(seen.back(), watched.state())) << kind << " " << frame;
+      EXPECT_TRUE(same_bits(watched.state(), alone.state())) << kind << " " << frame;
+    }
   }
+}
+
+// Who has left waits for no frame; what was ordered before it did not happen.
+TEST(LiveSession, AFrameCanBeInterrupted) {
+  const PlayedBar bar;
+  LiveSession session = bar.session();
+  session.step({});
+  const SimulationState before = session.state();
+  const std::vector<LiveCommand> pull = {command(grab_of(7, {0.015, 0.015, 0.07}, 0.03))};
+  int steps = 0;
+  EXPECT_THROW(session.step(pull,
+                            [&] {
+                              if (++steps == 2) throw Error(Failure::kInterrupted, "test", "", "is left", "go on");
+                            }),
+               Error);
+  EXPECT_EQ(steps, 2);
+  EXPECT_TRUE(same_bits(before, session.state()));
+  EXPECT_EQ(session.frames(), 1);
+  EXPECT_TRUE(session.history().empty());
+}
+
+// A body that recovers at rest moves in no way, its affine velocity included.
+TEST(LiveSession, ABodyThatRecoversAtRestDoesNotSpin) {
+  PlayedBar bar;
+  bar.options.grid = GridKind::kEulerian;
+  bar.options.gravity = {0, 0, 0};
+  SimulationState start = initial_state(bar.particles);
+  for (size_t i = 0; i < start.size(); ++i) {
+    start.v[i] = 1e6f * Vec3f::UnitX();
+    start.C[i] = 1e4f * Mat3f::Identity();
+  }
+  LiveSession session(bar.options, bar.particles, bar.held, start);
+  const LiveAnswer answer = session.step({});
+  EXPECT_FALSE(answer.failed.empty());
+  float fastest = 0;
+  for (const Vec3f& v : session.state().v) fastest = std::max(fastest, v.norm());
+  EXPECT_LT(fastest, 1e-3f);
 }
 
 // The force that is read back is the one that was ordered, in newtons.

@@ -260,9 +260,46 @@ TEST_F(GestureTest, ABoxTakesAThingWholeOfWhichColoursFindOnePart) {
     Gesture gesture;
     gesture.boxes.push_back(box_of(300, camera, 0.05f));
     options.apart_from_planes = true;
-    EXPECT_GT(iou(select(gesture), 300), 0.85) << camera;
+    const GestureResult whole = select(gesture);
+    EXPECT_GT(iou(whole, 300), 0.85) << camera;
+    size_t selected = 0;
+    for (size_t p = 0; p < scene.truth.size(); ++p) {
+      selected += whole.selected(p);
+      EXPECT_EQ(whole.selected(p), whole.rule[p] == SelectionRule::kKept) << p;
+    }
+    EXPECT_EQ(whole.summary.selected, selected);
+    // A stroke over the table does not take the thing apart again.
+    gesture.strokes.push_back(
+        {camera, false, {centre_of(0, camera) + Vec2f(0, 24), centre_of(0, camera) + Vec2f(8, 24)}, 3});
+    EXPECT_GT(iou(select(gesture), 300), 0.8) << camera;
+    gesture.strokes.clear();
     options.apart_from_planes = false;
     EXPECT_LT(iou(select(gesture), 300), 0.7) << camera;
+  }
+  // The view of the box is looked at although others are prepared.
+  options.apart_from_planes = true;
+  prepare.most_views = 2;
+  const PreparedScene prepared = prepare_scene(prepare, scene.cloud, scene.cameras);
+  for (int camera = 0; camera < static_cast<int>(scene.cameras.size()); ++camera) {
+    if (prepared.view_of(camera)) continue;
+    Gesture gesture;
+    gesture.boxes.push_back(box_of(300, camera, 0.05f));
+    const std::vector<int> looked = select(gesture).summary.refine_views;
+    EXPECT_EQ(std::count(looked.begin(), looked.end(), camera), 1) << camera;
+    break;
+  }
+}
+
+// A box that is much too large takes what colours find, not that and what it touches.
+TEST_F(GestureTest, ALooseBoxAroundAThingThatTouchesAnotherTakesItAlone) {
+  const Vec3f together = scene.balls[0].centre - scene.balls[1].centre;
+  const Vec3f aside = (scene.balls[0].radius + scene.balls[1].radius) * Vec3f(0.6f, -0.8f, 0);
+  for (size_t p = 0; p < scene.truth.size(); ++p)
+    if (scene.truth[p] == 70000) scene.cloud.position[p] += together + aside;
+  for (int camera : {1, 4, 8}) {
+    Gesture gesture;
+    gesture.boxes.push_back(box_of(300, camera, 0.25f));
+    EXPECT_GT(iou(select(gesture), 300), 0.85) << camera;
   }
 }
 
