@@ -189,7 +189,7 @@ bool Simulator<T>::run(const BasicSimulationState<T>& state, int substeps, int f
           if (schedule_[k].type == InteractionType::kWeight)
             impulse_[k] += dt * schedule_[k].mass * loads_.gravity.template cast<double>();
         courant_number_ = courant_number(solver_.max_speed(), dt, options_.courant_cap, kJumpCap);
-        if (courant_number_ > 1) return false;
+        if (!(courant_number_ <= 1)) return false;
         if (glance) glance();
         return true;
       },
