@@ -1,6 +1,7 @@
 #include "gaussians/io/cameras/cameras.h"
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
@@ -29,7 +30,24 @@ bool is_transforms_name(const fs::path& path) {
   return path.filename().string().rfind("transforms", 0) == 0 && path.extension() == ".json";
 }
 
+/// Whether a transforms*.json is the array of poses, {"file_path", "transform"}, that `ns-export cameras` of nerfstudio
+/// writes: it has no intrinsics.
+bool is_pose_list(const fs::path& file) {
+  std::error_code ignored;
+  if (!is_transforms_name(file) || !fs::is_regular_file(file, ignored)) return false;
+  std::ifstream in(file);
+  char first = 0;
+  if (!(in >> first) || first != '[') return false;
+  try {
+    const nlohmann::json json = read_json(file);
+    return json.empty() || !json[0].contains("position");
+  } catch (const Error&) {
+    return false;  // its reader says what is damaged
+  }
+}
+
 Format format_of_json(const fs::path& file) {
+  if (is_pose_list(file)) return Format::kNone;
   try {
     const nlohmann::json json = read_json(file);
     if (json.is_array()) return Format::kCamerasJson;
@@ -92,11 +110,11 @@ fs::path cameras_at(const fs::path& path) {
 fs::path cameras_in(const fs::path& folder, ColmapChoice choice) {
   std::error_code ignored;
   for (const char* name : {"transforms.json", "transforms_train.json"}) {
-    if (fs::is_regular_file(folder / name, ignored)) return folder / name;
+    if (fs::is_regular_file(folder / name, ignored) && !is_pose_list(folder / name)) return folder / name;
   }
   std::vector<fs::path> transforms, par;
   for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored)) {
-    if (is_transforms_name(entry.path())) transforms.push_back(entry.path());
+    if (is_transforms_name(entry.path()) && !is_pose_list(entry.path())) transforms.push_back(entry.path());
     if (is_par_file(entry.path())) par.push_back(entry.path());
   }
   std::sort(transforms.begin(), transforms.end());
@@ -134,6 +152,9 @@ CameraFile read_cameras(const fs::path& path, const fs::path& photos, PhotoFit f
   const fs::path named = cameras_at(path);
   const bool sought = named.empty() && fs::is_directory(path, ignored);
   const fs::path at = sought ? cameras_in(path) : named;
+  if (at.empty() && is_pose_list(path))
+    throw input_error(path.string(), "", "lists poses without intrinsics, as `ns-export cameras` of nerfstudio writes",
+                      "give a transforms.json with \"frames\" and fl_x, fl_y, cx, cy, w and h");
   if (at.empty())
     throw input_error(path.string(), "", "contains no known cameras",
                       "give a transforms.json, the cameras.json of 3DGS, a COLMAP model, a Middlebury _par.txt, or the "

@@ -21,7 +21,7 @@ enum class ColmapChoice {
 
 /// The cameras that lie in a folder: transforms.json, transforms_train.json, another transforms*.json, cameras.json, a
 /// COLMAP model (itself, sparse/<n>, sparse, colmap/sparse/<n>), *_par.txt, poses_bounds.npy, in this order.  Empty
-/// when there are none.
+/// when there are none.  Poses of `ns-export cameras` (nerfstudio) are passed over: they have no intrinsics.
 std::filesystem::path cameras_in(const std::filesystem::path& folder, ColmapChoice choice = ColmapChoice::kFirst);
 
 /// Of cameras that are one of several numbered COLMAP models, in a sentence, how many images it and the others have.

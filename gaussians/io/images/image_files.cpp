@@ -22,6 +22,11 @@ bool is_image_file(const fs::path& file) {
   return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension_of(file)) != kImageExtensions.end();
 }
 
+bool is_unread_photo_file(const fs::path& file) {
+  const std::string extension = extension_of(file);
+  return extension == ".heic" || extension == ".heif" || extension == ".avif" || extension == ".dng";
+}
+
 bool is_jpeg_file(const fs::path& file) {
   const std::string extension = extension_of(file);
   return extension == ".jpg" || extension == ".jpeg";

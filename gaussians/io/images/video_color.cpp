@@ -48,7 +48,7 @@ std::map<std::string, std::string> probe(const std::filesystem::path& video) {
                                     "-select_streams",
                                     "v:0",
                                     "-show_entries",
-                                    "stream=height,pix_fmt,color_space,color_range",
+                                    "stream=height,pix_fmt,color_space,color_range,color_transfer",
                                     "-of",
                                     "default=noprint_wrappers=1",
                                     "file:" + video.string()};
@@ -77,10 +77,8 @@ std::map<std::string, std::string> probe(const std::filesystem::path& video) {
   return values;
 }
 
-}  // namespace
-
-std::optional<ColorCorrection> color_correction(const std::filesystem::path& video) {
-  std::map<std::string, std::string> says = probe(video);
+/// Of what ffprobe says.
+std::optional<ColorCorrection> correction_of(std::map<std::string, std::string>& says) {
   const std::string& format = says["pix_fmt"];
   const auto begins = [&](const char* with) { return format.rfind(with, 0) == 0; };
   if (!begins("yuv") && !begins("nv") && !begins("p0")) return {};
@@ -101,6 +99,14 @@ std::optional<ColorCorrection> color_correction(const std::filesystem::path& vid
   out.matrix = (meant * scale.asDiagonal() * rgb_from_yuv(kBt601).inverse()).cast<float>();
   out.offset = (meant * shift).cast<float>();
   return out;
+}
+
+}  // namespace
+
+VideoColor video_color(const std::filesystem::path& video) {
+  std::map<std::string, std::string> says = probe(video);
+  const std::string& transfer = says["color_transfer"];
+  return {correction_of(says), transfer == "arib-std-b67" || transfer == "smpte2084"};
 }
 
 void correct_colors(const ColorCorrection& correction, ImageF& picture) {

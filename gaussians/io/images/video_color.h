@@ -15,11 +15,17 @@ struct ColorCorrection {
   bool guessed = false;  ///< the file does not say which matrix it has
 };
 
+/// How the colors of a video are coded.
+struct VideoColor {
+  std::optional<ColorCorrection> correction;  ///< none where the decoded colors need none
+  bool hdr = false;  ///< HLG or PQ (ITU-R BT.2100): shown as SDR it is flat, and no correction maps its tones
+};
+
 /// codecs::open_video decodes YUV as BT.601, and as of limited range unless the pixel format says otherwise.  The
-/// correction for a file that ffprobe finds tagged with another matrix (BT.709, SMPTE 240M, BT.2020) or with full
-/// range; without a matrix, 720 rows or more are BT.709, as players take them.  Empty where the decoded colors are
-/// right, or ffprobe is missing.  Colors that decoding clipped stay so.
-std::optional<ColorCorrection> color_correction(const std::filesystem::path& video);
+/// correction is that of a file that ffprobe finds tagged with another matrix (BT.709, SMPTE 240M, BT.2020) or with
+/// full range; without a matrix, 720 rows or more are BT.709, as players take them.  Nothing is known where ffprobe is
+/// missing.  Colors that decoding clipped stay so.
+VideoColor video_color(const std::filesystem::path& video);
 
 /// Applies it to a picture [H, W, 3]; the result is clamped to [0, 1].
 void correct_colors(const ColorCorrection& correction, ImageF& picture);

@@ -1,12 +1,14 @@
 #include "gaussians/io/scene/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/cameras.h"
 #include "gaussians/io/files/paths.h"
+#include "gaussians/io/files/text.h"
 #include "gaussians/io/scene/doubtful.h"
 #include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/ply.h"
@@ -39,11 +41,12 @@ fs::path splats_of_model(const fs::path& folder) {
   return best;
 }
 
-/// Whether a file of a folder is meant as splats: archives and point clouds lie beside them.
+/// Whether a file of a folder is meant as splats, by content and extension: checkpoints, archives (.usdz, .zip) and
+/// point clouds lie beside them.
 bool looks_like_splats(const fs::path& file) {
-  const std::string extension = file.extension().string();
-  if (splats_at(file).empty() || extension == ".pt" || extension == ".ckpt" || extension == ".npz" ||
-      extension == ".gz" || extension == ".zip" || extension == ".pth")
+  constexpr std::array<const char*, 6> kExtensions = {".ply", ".splat", ".spz", ".sog", ".ksplat", ".json"};
+  if (std::find(kExtensions.begin(), kExtensions.end(), lower_extension(file)) == kExtensions.end() ||
+      splats_at(file).empty())
     return false;
   try {
     return !is_point_cloud(file);
@@ -64,8 +67,8 @@ Error without_splats(const fs::path& folder) {
   return input_error(folder.string(), "", "contains several splat files: " + names, "give one of them");
 }
 
-/// Fills in where splats and cameras are.
-SceneFile locate(const fs::path& source) {
+/// Fills in where splats and cameras are; `found` says that the cameras were found and not named by scene.json.
+SceneFile locate(const fs::path& source, bool& found) {
   std::error_code ignored;
   SceneFile scene;
   if (!fs::exists(source, ignored))
@@ -80,12 +83,23 @@ SceneFile locate(const fs::path& source) {
     scene = read_scene_file(source / "scene.json");
   } else {
     scene.splats = splats_of_folder(source);
-    scene.cameras = cameras_in(source);
     if (scene.splats.empty()) throw without_splats(source);
   }
   if (scene.splats.empty()) throw input_error(scene.file.string(), "splats", "is missing", "give the splat file");
+  found = scene.cameras.empty();
+  if (found && scene.file.empty() && fs::is_directory(source, ignored)) scene.cameras = cameras_in(source);
   if (scene.cameras.empty()) scene.cameras = cameras_of_splats(scene.splats);
   return scene;
+}
+
+/// What is doubtful of cameras that were found beside splats of nerfstudio, which normalizes poses before training.
+std::string doubtful_frame(const SceneFile& settings) {
+  return settings.splats.string() +
+         ": was written by nerfstudio, which normalizes the poses before training, so that " +
+         settings.cameras.string() +
+         ", found beside it, probably does not match; move the splats to a folder without cameras (views on an orbit "
+         "are rendered), or train with `--orientation-method none --center-method none --auto-scale-poses False`; "
+         "where they match, name them as \"cameras\" of a scene.json";
 }
 
 void choose_up(const LoadOptions& options, Scene& scene) {
@@ -140,7 +154,8 @@ fs::path cameras_of_splats(const fs::path& splats) {
 Scene load_scene(const fs::path& source, const LoadOptions& options) {
   Scene scene;
   scene.source = source;
-  scene.settings = locate(source);
+  bool found = false;
+  scene.settings = locate(source, found);
   scene.cloud = read_splats(scene.settings.splats, &scene.report, options.level.value_or(kFinestLevel));
   scene.warnings = scene.report.warnings;
   if (options.antialiased) scene.settings.antialiased = true;
@@ -154,6 +169,7 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
     scene.warnings.insert(scene.warnings.end(), file.warnings.begin(), file.warnings.end());
     if (const std::string sentence = other_models(scene.settings.cameras); !sentence.empty())
       scene.warnings.push_back(sentence);
+    if (found && scene.report.nerfstudio) scene.warnings.push_back(doubtful_frame(scene.settings));
   }
   choose_up(options, scene);
   if (scene.cameras.empty()) {

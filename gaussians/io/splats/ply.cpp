@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <locale>
+#include <sstream>
 
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
@@ -24,8 +26,10 @@ constexpr size_t kWrittenRows = 4096;
 /// Columns of the parameters of a Gaussian; -1 = absent.
 struct Layout {
   int x[3], dc[3], opacity, scale[3], rot[4], filter;
+  float color_step = 0;  ///< of color per unit where the columns `dc` are red, green and blue; 0 = they are f_dc_*
   std::vector<int> rest, object;
-  int degree = 0;
+  int degree = 0;         ///< of the harmonics that are read
+  bool degree_4 = false;  ///< the file has more, which are dropped
 };
 
 Layout find_layout(const PlyElement& vertex, const std::string& file) {
@@ -43,9 +47,14 @@ Layout find_layout(const PlyElement& vertex, const std::string& file) {
     }
   }
   Layout layout;
+  // `--ply-color-mode rgb` of nerfstudio's export has colors instead of harmonics.
+  const bool colored = vertex.find("f_dc_0") < 0 && vertex.find("red") >= 0 && vertex.find("green") >= 0 &&
+                       vertex.find("blue") >= 0 && vertex.find("opacity") >= 0;
+  if (colored) layout.color_step = vertex.properties[vertex.find("red")].type == PlyType::kUint8 ? 1 / 255.0f : 1;
+  const char* colors[] = {"red", "green", "blue"};
   for (int k = 0; k < 3; ++k) {
     layout.x[k] = required(std::string(1, "xyz"[k]));
-    layout.dc[k] = required("f_dc_" + std::to_string(k));
+    layout.dc[k] = required(colored ? colors[k] : "f_dc_" + std::to_string(k));
     layout.scale[k] = k < 2 ? required("scale_" + std::to_string(k)) : vertex.find("scale_2");
   }
   layout.opacity = required("opacity");
@@ -53,14 +62,20 @@ Layout find_layout(const PlyElement& vertex, const std::string& file) {
   for (int k = 0; k < 4; ++k) layout.rot[k] = required("rot_" + std::to_string(k));
   const auto is_rest = [](const PlyProperty& property) { return property.name.rfind("f_rest_", 0) == 0; };
   const auto count = std::count_if(vertex.properties.begin(), vertex.properties.end(), is_rest);
-  const int counts[] = {0, 9, 24, 45};
+  const int counts[] = {0, 9, 24, 45, 72};
   const auto* degree = std::find(std::begin(counts), std::end(counts), count);
   if (degree == std::end(counts)) {
     throw input_error(file, "property f_rest", "occurs " + std::to_string(count) + " times",
-                      "SH degrees 0 to 3 have 0, 9, 24 or 45");
+                      "SH degrees 0 to 4 have 0, 9, 24, 45 or 72");
   }
-  layout.degree = static_cast<int>(degree - counts);
-  for (int i = 0; i < count; ++i) layout.rest.push_back(required("f_rest_" + std::to_string(i)));
+  layout.degree = std::min(static_cast<int>(degree - counts), 3);
+  layout.degree_4 = degree - counts > 3;
+  // Of each channel the first, which are those of the lower degrees.
+  const int stored = static_cast<int>(count) / 3, read = counts[layout.degree] / 3;
+  for (int i = 0; i < count; ++i) {
+    const int column = required("f_rest_" + std::to_string(i));
+    if (i % stored < read) layout.rest.push_back(column);
+  }
   for (int i = 0; i < kMostObjectChannels; ++i) {
     const int column = vertex.find("obj_dc_" + std::to_string(i));
     if (column < 0) break;
@@ -89,7 +104,8 @@ SplatRow row_of(const Layout& layout, const float* values) {
   for (int k = 0; k < 3; ++k) {
     row.position[k] = values[layout.x[k]];
     row.log_scale[k] = layout.scale[k] < 0 ? 0.0f : values[layout.scale[k]];
-    row.sh[k] = values[layout.dc[k]];
+    const float dc = values[layout.dc[k]];
+    row.sh[k] = layout.color_step > 0 ? sh_of_color(dc * layout.color_step) : dc;
   }
   if (layout.scale[2] < 0) row.log_scale[2] = std::min(row.log_scale[0], row.log_scale[1]) + kSurfelThickness;
   for (int k = 0; k < 4; ++k) row.rotation[k] = values[layout.rot[k]];
@@ -116,12 +132,28 @@ void read_render_mode(const std::string& comment, bool& antialiased) {
   }
 }
 
+/// Whether a comment in lower case declares that z is up: "vertical axis: z" (nerfstudio) or a direction near it, as in
+/// "vertical axis: 0 0 1" (Brush).
+bool declares_z_up(const std::string& comment) {
+  const std::string key = "vertical axis: ";
+  const size_t at = comment.find(key);
+  if (at == std::string::npos) return false;
+  if (comment[at + key.size()] == 'z') return true;
+  std::istringstream numbers(comment.substr(at + key.size()));
+  numbers.imbue(std::locale::classic());
+  double x = 0, y = 0, z = 0;
+  return numbers >> x >> y >> z && z > 0.77 * std::hypot(x, y, z);  // as is_near_z of up_direction.h
+}
+
 /// What the comments of the header say of the whole cloud.
 void read_comments(const PlyHeader& header, ReadReport& report) {
   for (const std::string& line : header.comments) {
     const std::string comment = lower_case(line);
     read_render_mode(comment, report.antialiased);
-    if (comment.find("vertical axis: z") != std::string::npos) report.z_is_up = true;  // nerfstudio
+    if (declares_z_up(comment)) report.z_is_up = true;
+    // Its exporter misspells itself.
+    for (const char* name : {"generated by nerstudio", "generated by nerfstudio"})
+      if (comment.find(name) != std::string::npos) report.nerfstudio = true;
   }
 }
 
@@ -156,6 +188,7 @@ GaussianCloud read_vertices(std::istream& in, const PlyHeader& header, const std
     report.warnings.push_back(
         "scale_2 is absent (2DGS surfels): the third axis is set 100 times thinner than the others");
   }
+  if (layout.degree_4) report.warnings.push_back("harmonics of degree 4 are dropped");
   if (layout.filter >= 0) {
     report.antialiased = true;  // Mip-Splatting has both of its filters
     report.warnings.push_back(

@@ -14,6 +14,7 @@ struct ReadReport {
   size_t dropped = 0;                        ///< rows with NaN, infinite or absurd values that were left out
   bool antialiased = false;                  ///< the file, or the scene, says that it was trained with mip-splatting
   bool z_is_up = false;                      ///< the file says that +z points up
+  bool nerfstudio = false;                   ///< the file says that nerfstudio wrote it
   int levels = 1;                            ///< levels of detail that the file offers
   int level = 0;                             ///< the one that was read, 0 = finest; kAllLevels = all
   std::vector<std::filesystem::path> files;  ///< every file that was read, the named one first

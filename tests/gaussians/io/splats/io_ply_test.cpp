@@ -123,6 +123,60 @@ TEST(Ply, RestOfTheHarmonicsIsChannelMajorInTheFile) {
   EXPECT_EQ(cloud.rotation[0], Vec4f(1, 0, 0, 0));
 }
 
+TEST(Ply, ColorsStandInForTheHarmonicsOfDegree0) {
+  const TemporaryFolder folder;
+  const std::string rest = " 7 -1 -2 -3 1 0 0 0\n";
+  std::vector<std::string> names = kRequired;
+  for (int k = 0; k < 3; ++k) names[3 + k] = std::vector<std::string>{"red", "green", "blue"}[k];
+  std::string text = ascii_ply(1, names);
+  text = text.substr(0, text.find("end_header\n") + 11);
+  std::string bytes = text;
+  for (const char* name : {"red", "green", "blue"})
+    bytes = replaced(bytes, std::string("float ") + name, std::string("uchar ") + name);
+  for (const auto& file :
+       {folder.file("a.ply", bytes + "1 2 3 0 51 255" + rest), folder.file("b.ply", text + "1 2 3 0 0.2 1" + rest)}) {
+    const GaussianCloud cloud = read_ply(file);
+    ASSERT_EQ(cloud.size(), 1u);
+    const float color[] = {0, 0.2f, 1};
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(cloud.sh[k], sh_of_color(color[k]), 1e-6);
+    EXPECT_EQ(cloud.opacity_logit[0], 7);
+  }
+  names.erase(std::find(names.begin(), names.end(), "opacity"));
+  expect_error(Failure::kInput, {"not a 3DGS PLY"}, [&] { read_ply(folder.file("c.ply", ascii_ply(1, names))); });
+}
+
+TEST(Ply, HarmonicsOfDegree4AreDroppedWithAWarning) {
+  const TemporaryFolder folder;
+  std::vector<std::string> names = kRequired;
+  for (int i = 0; i < 72; ++i) names.push_back("f_rest_" + std::to_string(i));
+  std::string text = ascii_ply(1, names);
+  text = text.substr(0, text.find("end_header\n") + 11) + "1 2 3 4 5 6 7 -1 -2 -3 1 0 0 0";
+  for (int i = 0; i < 72; ++i) text += " " + std::to_string(100 * (i / 24) + i % 24);
+  ReadReport report;
+  const GaussianCloud cloud = read_ply(folder.file("a.ply", text + "\n"), &report);
+  ASSERT_EQ(cloud.sh_degree, 3);
+  ASSERT_EQ(cloud.sh.size(), 48u);
+  for (int k = 0; k < 15; ++k)
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(cloud.sh[3 + 3 * k + c], 100 * c + k);
+  ASSERT_EQ(report.warnings.size(), 1u);
+  EXPECT_NE(report.warnings[0].find("degree 4"), std::string::npos);
+}
+
+TEST(Ply, ACommentWithADirectionSaysWhetherZIsUp) {
+  const TemporaryFolder folder;
+  const std::pair<const char*, bool> cases[] = {
+      {"Vertical Axis: z", true},    {"Vertical axis: 0 0 1", true},   {"Vertical axis: 0.1 -0.2 0.97", true},
+      {"Vertical axis: y", false},   {"Vertical axis: 0 0 -1", false}, {"Vertical axis: 0 1 0", false},
+      {"Vertical axis: 0 0", false}, {"Vertical axis: 0 0 0", false}};
+  for (const auto& [comment, wanted] : cases) {
+    ReadReport report;
+    read_ply(folder.file("a.ply", replaced(ascii_ply(1), "element", std::string("comment ") + comment + "\nelement")),
+             &report);
+    EXPECT_EQ(report.z_is_up, wanted) << comment;
+    EXPECT_FALSE(report.nerfstudio);
+  }
+}
+
 TEST(Ply, PropertiesAreFoundByNameInAnyOrderWithExtrasAndWithCrlf) {
   const TemporaryFolder folder;
   std::vector<std::string> names(kRequired.rbegin(), kRequired.rend());
