@@ -25,10 +25,29 @@ fs::path folder_of_photos(const fs::path& folder) {
   return folder;
 }
 
+/// Photos in formats that are not read (HEIC and others) in a folder and where its photos may be.
+std::vector<fs::path> unread_photos_of(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (const char* name : {"", "images", "photos", "input"})
+    for (const auto& entry : fs::directory_iterator(folder / name, ignored))
+      if (is_unread_photo_file(entry.path())) found.push_back(entry.path());
+  return found;
+}
+
 Error no_cameras(const fs::path& source) {
   const fs::path photos = folder_of_photos(source);
   const std::string folder = source.string();
   const size_t count = photos_in(photos);
+  const std::vector<fs::path> unread = unread_photos_of(source);
+  if (count == 0 && !unread.empty()) {
+    const std::string extension = unread[0].extension().string();
+    return input_error(folder, "",
+                       fmt::format("contains {} photos in a format that is not read ({})", unread.size(), extension),
+                       fmt::format("convert them, for example with `mogrify -auto-orient -format jpg {}/*{}` "
+                                   "(apt install imagemagick), then repeat the command",
+                                   unread[0].parent_path().string(), extension));
+  }
   if (count == 0)
     return input_error(folder, "", "contains neither photos nor cameras", "check the name of the folder of the photos");
   return input_error(
@@ -84,7 +103,8 @@ bool lacks_splats(const fs::path& source) {
   const fs::path splats = splats_of_folder(source);
   if (!splats.empty() && !is_point_cloud(splats)) return false;
   if (!cameras_at(source).empty() || !cameras_in(source).empty()) return true;
-  return splat_files_in(source).empty() && photos_in(folder_of_photos(source)) > 0;
+  return splat_files_in(source).empty() &&
+         (photos_in(folder_of_photos(source)) > 0 || !unread_photos_of(source).empty());
 }
 
 CameraFile read_photo_cameras(const PhotoSet& set) {

@@ -32,7 +32,7 @@ class VideoFile : public FrameSource {
     }
     const double count = capture_->get(cv::CAP_PROP_FRAME_COUNT);
     frames_ = count > 0 && count < 1e8 ? static_cast<int>(count) : 0;
-    color_ = color_correction(file);
+    color_ = video_color(file);
   }
 
   std::optional<TimedFrame> next() override {
@@ -51,7 +51,7 @@ class VideoFile : public FrameSource {
       for (int x = 0; x < bgr.cols; ++x)
         for (int c = 0; c < 3; ++c) out[3 * x + c] = static_cast<float>(row[3 * x + 2 - c]) * (1.0f / 255);
     }
-    if (color_) correct_colors(*color_, frame.picture);
+    if (color_.correction) correct_colors(*color_.correction, frame.picture);
     const double stamp = capture_->get(cv::CAP_PROP_POS_MSEC) / 1000;
     if (read_ == 0) first_stamp_ = stamp;
     // Time stamps that do not grow, as of the last frames in some files, are none: then the rate tells the instant.
@@ -66,7 +66,12 @@ class VideoFile : public FrameSource {
   double fps() override { return clock().rate; }
   int frames() const override { return frames_; }
   std::string doubt() const override {
-    if (!color_ || !color_->guessed) return "";
+    if (color_.hdr)
+      return file_.string() +
+             " is in HDR, and is read without tone mapping: its colors are flat beside those of a scene trained on "
+             "ordinary photos; film with HDR video off, or convert it: `ffmpeg -i F -vf zscale=t=linear:npl=100,"
+             "tonemap=hable,zscale=p=bt709:t=bt709:m=bt709:r=tv,format=yuv420p out.mp4`";
+    if (!color_.correction || !color_.correction->guessed) return "";
     return file_.string() +
            " does not say how its colors are coded, and is read as BT.709, as players show HD video; if its colors are "
            "off, say it in the file: `ffmpeg -i F -c copy -bsf:v h264_metadata=matrix_coefficients=6 out.mp4` for "
@@ -97,7 +102,7 @@ class VideoFile : public FrameSource {
   fs::path file_;
   std::unique_ptr<cv::VideoCapture> capture_;
   std::optional<FrameClock> clock_;
-  std::optional<ColorCorrection> color_;
+  VideoColor color_;
   double first_stamp_ = 0, last_ = 0;
   int frames_ = 0, read_ = 0;
 };

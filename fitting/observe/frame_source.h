@@ -25,7 +25,8 @@ class FrameSource {
   virtual double fps() = 0;
   /// Frames that the file says it has; 0 = it does not say.
   virtual int frames() const = 0;
-  /// A sentence on what the files leave open: frames that seem to be missing, or the coding of colors; empty = nothing.
+  /// A sentence on what the files leave open: frames that seem to be missing, the coding of colors, or HDR; empty =
+  /// nothing.
   virtual std::string doubt() const { return ""; }
 };
 

@@ -207,6 +207,15 @@ TEST_F(Reconstruct, PhotosWithoutCamerasAreToldHowToGetThem) {
   const std::string said = testing::internal::GetCapturedStderr();
   EXPECT_NE(said.find("neither photos nor cameras"), std::string::npos) << said;
   EXPECT_EQ(said.find("colmap"), std::string::npos) << said;
+  // Photos of a phone that cannot be read are named.
+  folder.file("phone/images/IMG_0001.HEIC", "not read");
+  EXPECT_TRUE(lacks_splats(folder / "phone"));
+  expect_error(Failure::kInput, {"1 photos", ".HEIC", "mogrify", "phone/images"},
+               [&] { find_photo_set(folder / "phone"); });
+  // An archive beside photos is no splat file.
+  make_photos(folder / "archives", 2);
+  folder.file("archives/scan.usdz", "PK\3\4");
+  EXPECT_TRUE(lacks_splats(folder / "archives"));
 }
 
 TEST_F(Reconstruct, OfSeveralColmapModelsTheLargestIsTakenAndTheOthersAreNamed) {

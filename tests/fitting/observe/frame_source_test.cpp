@@ -76,5 +76,22 @@ TEST(FrameSource, WithoutTagsHdIsBt709WhichIsSaid) {
   EXPECT_NE(large->doubt().find("large.mp4 does not say how its colors are coded"), std::string::npos);
 }
 
+TEST(FrameSource, HdrIsSaid) {
+  const TemporaryFolder folder;
+  struct Case {
+    const char *file, *transfer;
+    bool hdr;
+  };
+  for (const char* matrix : {"bt2020nc", "smpte170m"})  // the latter needs no correction
+    for (const Case& c :
+         {Case{"hlg.mp4", "arib-std-b67", true}, Case{"pq.mp4", "smpte2084", true}, Case{"sdr.mp4", "bt709", false}}) {
+      const std::string tags =
+          fmt::format("-colorspace {} -color_primaries bt2020 -color_trc {} -color_range tv", matrix, c.transfer);
+      const auto source = open_frames(coded_video(folder, c.file, "64:36", "out_range=tv", tags), 0);
+      EXPECT_EQ(source->doubt().find(std::string(c.file) + " is in HDR") != std::string::npos, c.hdr) << c.file;
+      EXPECT_EQ(source->doubt().empty(), !c.hdr) << c.file;
+    }
+}
+
 }  // namespace
 }  // namespace pliant
