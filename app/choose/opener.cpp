@@ -56,11 +56,14 @@ void Opener::show() {
   site_.show({open_page(), [](std::shared_ptr<Connection>) { return std::make_unique<Listener>(); }});
 }
 
-/// The name in the folder, or with a number behind its stem where that is taken.
-fs::path Opener::free_name(const fs::path& name) const {
-  fs::path out = folder_ / name;
-  for (int k = 2; fs::exists(out) || fs::exists(run_of_(out)); ++k)
-    out = folder_ / fmt::format("{}-{}{}", name.stem().string(), k, name.extension().string());
+/// The file in a folder that is not there yet: with its name, or with a number behind its stem where that is taken.
+fs::path Opener::free_place(const fs::path& name) const {
+  const auto place = [&](const std::string& stem) {
+    return folder_ / ("dropped_" + stem) / (stem + name.extension().string());
+  };
+  fs::path out = place(name.stem().string());
+  for (int k = 2; fs::exists(out.parent_path()) || fs::exists(run_of_(out)); ++k)
+    out = place(fmt::format("{}-{}", name.stem().string(), k));
   return out;
 }
 
@@ -72,11 +75,17 @@ std::string Opener::take(const std::string& name, const fs::path& file) {
     return "A scene is open already: reload this page.";
   }
   // What a file is may be told by its name alone.
-  const fs::path scene = free_name(name);
-  fs::rename(file, scene, error);
-  if (error) return "The file cannot be kept: " + error.message();
+  const fs::path scene = free_place(name);
+  fs::create_directory(scene.parent_path(), error);
+  if (!error) fs::rename(file, scene, error);
+  if (error) {
+    const std::string why = error.message();
+    fs::remove(scene.parent_path(), error);
+    return "The file cannot be kept: " + why;
+  }
   if (splats_at(scene).empty()) {
     fs::remove(scene, error);
+    fs::remove(scene.parent_path(), error);
     return name + " is not a splat file: give .ply, .splat, .spz or .sog.";
   }
   scene_ = scene;

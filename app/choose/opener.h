@@ -23,8 +23,9 @@ LocalServer::Page open_page();
 class Opener {
  public:
   /// `open` makes the site show the scene in a file, in a thread of the opener; what it throws is told to the page, and
-  /// another file may follow.  Files are kept in `folder`, under a name of their own where theirs is taken, or where
-  /// there is the run directory that `run_of` a scene names.
+  /// another file may follow.  Each file is kept in a folder of its own below `folder`, away from the cameras of other
+  /// scenes; file and folder have a number where their name is taken, or where there is the run directory that `run_of`
+  /// the scene names.
   Opener(const Context& context, LiveSite& site, std::filesystem::path folder,
          std::function<std::filesystem::path(const std::filesystem::path& scene)> run_of,
          std::function<void(const Context&, const std::filesystem::path& scene)> open);
@@ -35,7 +36,7 @@ class Opener {
   std::string take(const std::string& name, const std::filesystem::path& file);
 
  private:
-  std::filesystem::path free_name(const std::filesystem::path& name) const;
+  std::filesystem::path free_place(const std::filesystem::path& name) const;
   void stop();
   void work();
   void tell(const nlohmann::json& message);

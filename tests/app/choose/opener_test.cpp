@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "gaussians/base/error.h"
+#include "gaussians/base/orbit.h"
+#include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/base64.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/scene/scene.h"
 #include "gaussians/io/splats/splats.h"
 #include "tests/app/live/inbox.h"
 #include "tests/app/live/site_in_browser.h"
@@ -26,7 +29,7 @@ class Open : public ::testing::Test {
     for (Vec4f& rotation : cloud.rotation) rotation = Vec4f(1, 0, 0, 0);
     write_splats(folder_ / "made.ply", cloud);
     fs::create_directories(folder_ / "kept");
-    const auto run_of = [](const fs::path& scene) { return scene.parent_path() / (scene.stem().string() + "_run"); };
+    const auto run_of = [this](const fs::path& scene) { return folder_ / "kept" / (scene.stem().string() + "_run"); };
     opener_ = std::make_unique<Opener>(context_, site_, folder_ / "kept", run_of,
                                        [this](const Context&, const fs::path& scene) {
                                          if (scene.filename() == "broken.ply")
@@ -64,24 +67,38 @@ TEST_F(Open, TakesSplatsAndSaysWhatElseIsRefused) {
   EXPECT_EQ(opened_, 5u);
   EXPECT_NE(site_.handler().page("")->body.find("the scene"), std::string::npos);
   EXPECT_NE(drop("b.ply", made()).find("open already"), std::string::npos);
-  EXPECT_FALSE(fs::exists(folder_ / "kept/b.ply"));
+  EXPECT_FALSE(fs::exists(folder_ / "kept/dropped_b"));
   EXPECT_FALSE(fs::exists(folder_ / "partial"));
 }
 
 TEST_F(Open, OverwritesNothing) {
-  write_text(folder_ / "kept/a.ply", "precious");
-  write_text(folder_ / "kept/a-2.ply", "too");
+  write_text(folder_ / "kept/dropped_a/a.ply", "precious");
+  write_text(folder_ / "kept/dropped_a-2/other.ply", "too");
   EXPECT_EQ(drop("a.ply", made()), "");
-  EXPECT_EQ(read_text(folder_ / "kept/a.ply"), "precious");
-  EXPECT_EQ(read_text(folder_ / "kept/a-3.ply"), made());
+  EXPECT_EQ(read_text(folder_ / "kept/dropped_a/a.ply"), "precious");
+  EXPECT_FALSE(fs::exists(folder_ / "kept/dropped_a-2/a-2.ply"));
+  EXPECT_EQ(read_text(folder_ / "kept/dropped_a-3/a-3.ply"), made());
 }
 
 TEST_F(Open, TheRunOfAnotherFileTakesAName) {
   fs::create_directories(folder_ / "kept/a_run");
   fs::create_directories(folder_ / "kept/a-2_run");
   EXPECT_EQ(drop("a.ply", made()), "");
-  EXPECT_FALSE(fs::exists(folder_ / "kept/a.ply"));
-  EXPECT_EQ(read_text(folder_ / "kept/a-3.ply"), made());
+  EXPECT_FALSE(fs::exists(folder_ / "kept/dropped_a"));
+  EXPECT_EQ(read_text(folder_ / "kept/dropped_a-3/a-3.ply"), made());
+}
+
+// Nor of the folder above, where a trained model has those of its iterations.
+TEST_F(Open, TakesNoCamerasOfTheFolder) {
+  std::vector<Camera> cameras(3, look_at({2, 0, 0}, {0, 0, 0}, {0, 0, 1}, 64, 48, 60));
+  for (size_t i = 0; i < cameras.size(); ++i) cameras[i].name = std::to_string(i);
+  for (const fs::path& place : {folder_ / "transforms.json", folder_ / "kept/transforms.json"})
+    write_transforms(place, cameras);
+  EXPECT_FALSE(cameras_of_splats(folder_ / "kept/iteration_7.ply").empty()) << "there are some to take";
+  EXPECT_EQ(drop("iteration_7.ply", made()), "");
+  const fs::path scene = folder_ / "kept/dropped_iteration_7/iteration_7.ply";
+  ASSERT_TRUE(fs::exists(scene));
+  EXPECT_EQ(cameras_of_splats(scene), "");
 }
 
 TEST_F(Open, ThePageSendsAFileAndShowsWhatIsOpened) {
@@ -108,7 +125,7 @@ TEST_F(Open, ThePageSendsAFileAndShowsWhatIsOpened) {
   EXPECT_NE(answer["value"][0].get<std::string>().find("notes__1_.txt is not a splat file"), std::string::npos);
   EXPECT_EQ(json::parse(answer["value"][1].get<std::string>())["reload"], true);
   EXPECT_EQ(opened_, 5u);
-  EXPECT_TRUE(fs::exists(folder_ / "kept/my_scene.ply"));
+  EXPECT_TRUE(fs::exists(folder_ / "kept/dropped_my_scene/my_scene.ply"));
 }
 
 }  // namespace
