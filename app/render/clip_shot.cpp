@@ -33,6 +33,12 @@ Camera sized(const Camera& camera, const std::string& size) {
   return camera.framed(width, height);
 }
 
+Camera evened(const Camera& camera) {
+  const int width = camera.width & ~1, height = camera.height & ~1;
+  const bool even = width == camera.width && height == camera.height;
+  return even || width == 0 || height == 0 ? camera : camera.framed(width, height);
+}
+
 void check_shot(const ShotOptions& options, const Scene& scene) {
   if (!options.path.empty() && !options.camera.empty())
     throw usage_error("--cameras", options.path, "was given together with --camera", "leave one of them out");
@@ -50,10 +56,10 @@ Shot clip_shot(const ShotOptions& options, const Scene& scene, const TrajectoryF
   shot.fps = options.fps.value_or(path ? path->fps : motion.fps);
   const double end = std::max(motion.frames.back().time, path ? path->duration() : 0);
   const int frames = static_cast<int>(std::floor(end * shot.fps + 1e-6)) + 1;
-  const Camera fixed = path ? Camera() : sized(clip_camera(scene, options.camera, object), options.size);
+  const Camera fixed = path ? Camera() : evened(sized(clip_camera(scene, options.camera, object), options.size));
   for (int k = 0; k < frames; ++k) {
     shot.times.push_back(k / shot.fps);
-    shot.cameras.push_back(path ? sized(path->at(shot.times.back()), options.size) : fixed);
+    shot.cameras.push_back(path ? evened(sized(path->at(shot.times.back()), options.size)) : fixed);
   }
   return shot;
 }

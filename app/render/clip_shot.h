@@ -21,6 +21,10 @@ struct ShotOptions {
 /// what is wrong with a size.
 Camera sized(const Camera& camera, const std::string& size);
 
+/// The camera with a picture of even width and height, as videos have it, of which nothing is cut; one of a single row
+/// or column stays as it is.
+Camera evened(const Camera& camera);
+
 /// Throws Error{kUsage} for options that exclude each other, a size that is none and a camera that `scene`, if it has
 /// any, has not; Error{kInput} for a path that cannot be read.
 void check_shot(const ShotOptions& options, const Scene& scene);
@@ -33,8 +37,8 @@ struct Shot {
   std::vector<std::string> warnings{};
 };
 
-/// The clip's shot: with a camera path it lasts as long as the longer of the path and the motion.  A usage error names
-/// an option that is wrong.
+/// The clip's shot, of even size: with a camera path it lasts as long as the longer of the path and the motion.  A
+/// usage error names an option that is wrong.
 Shot clip_shot(const ShotOptions& options, const Scene& scene, const TrajectoryFile& motion, const Box& object);
 
 /// The same moments from a camera that turns around the object, once or (degrees < 360) to either side and back; it

@@ -128,8 +128,10 @@ nlohmann::json render_pictures(const Context& context, const Scene& scene, const
   for (const Camera& camera : path.cameras) cameras.push_back(sized(camera, options.size));
   if (cameras.empty())
     throw usage_error("--cameras", options.cameras, "has no cameras", "give 'orbit' or a camera file");
-  if (video)  // frames have one size
-    for (Camera& camera : cameras) camera = camera.framed(cameras[0].width, cameras[0].height);
+  if (video) {  // frames have one size
+    const Camera first = evened(cameras[0]);
+    for (Camera& camera : cameras) camera = camera.framed(first.width, first.height);
+  }
   RenderOptions render_options;
   render_options.background = scene.settings.background_color();
   if (const std::vector<double>& b = options.background; !b.empty())

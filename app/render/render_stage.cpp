@@ -178,7 +178,7 @@ OptionTable options_of(RenderStage& stage) {
         .recorded = Recorded::kContents},
        {.name = "size",
         .field = &stage.shot.size,
-        .help = "Size of the clips [px]; nothing is cut (default: the camera's)",
+        .help = "Size of the clips [px], even; nothing is cut (default: the camera's)",
         .value = "WxH"},
        {.name = "clip-fps",
         .field = &stage.shot.fps,

@@ -98,6 +98,22 @@ TEST_F(Clip, FramesAreThoseOfTheClip) {
   EXPECT_GT(-10 * std::log10(square), 30);
 }
 
+TEST_F(Clip, AllItsFilesAreOfOneEvenSize) {
+  ASSERT_EQ(render({"--no-orbit", "--frames", "--object-layer", "--size", "97x65"}), 0);
+  const json layer = read_json(run() / "clip_object/layer.json");
+  EXPECT_EQ(layer["width"], 96);
+  EXPECT_EQ(layer["height"], 64);
+  for (const char* name : {"clip.mp4", "clip_object.webm"}) {
+    EXPECT_EQ(clip(name)->get(cv::CAP_PROP_FRAME_WIDTH), 96) << name;
+    EXPECT_EQ(clip(name)->get(cv::CAP_PROP_FRAME_HEIGHT), 64) << name;
+  }
+  for (const char* name : {"clip/000000.png", "clip_object/color/000000.png"}) {
+    const cv::Mat picture = codecs::imread((run() / name).string(), -1);
+    EXPECT_EQ(picture.cols, 96) << name;
+    EXPECT_EQ(picture.rows, 64) << name;
+  }
+}
+
 TEST_F(Clip, IsBeforeTheBackgroundOfItsScene) {
   json scene = read_json(folder_ / "scene/scene.json");
   scene["background"] = {1, 0.5, 0};
