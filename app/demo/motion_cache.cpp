@@ -43,11 +43,17 @@ std::vector<int> even_choice(const std::vector<Vec3f>& points, size_t count) {
 
 std::string key_of(const ReferenceBody& body, const std::vector<Interaction>& interactions,
                    const ReferenceOptions& options, size_t stored) {
-  std::string text = Json{{"format", kCacheFormat},      {"version", PLIANT_VERSION},
-                          {"solver", solver_digest()},   {"interactions", interactions_json(interactions)},
-                          {"seconds", options.seconds},  {"fps", options.fps},
-                          {"courant", options.courant},  {"damping_time", options.damping_time},
-                          {"cell_size", body.cell_size}, {"stored", stored}}
+  std::string text = Json{{"format", kCacheFormat},
+                          {"version", PLIANT_VERSION},
+                          {"solver", solver_digest()},
+                          {"interactions", interactions_json(interactions)},
+                          {"seconds", options.seconds},
+                          {"fps", options.fps},
+                          {"courant", options.courant},
+                          {"damping_time", options.damping_time},
+                          {"cell_size", body.cell_size},
+                          {"stored", stored},
+                          {"contact_friction", options.contact_friction}}
                          .dump();
   append_bytes(text, body.particles.position);
   append_bytes(text, body.particles.volume);

@@ -37,6 +37,7 @@ SimulateOptions simulate_options(const ReferenceOptions& options) {
   out.duration = options.seconds;
   out.courant = options.courant;
   out.damping_time = options.damping_time;
+  out.object_friction = options.contact_friction;
   return out;
 }
 

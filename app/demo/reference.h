@@ -18,8 +18,9 @@ struct ReferenceOptions {
   int particles = 14000;  ///< about; the grid spacing follows as (8 V / N)^(1/3)
   double seconds = 3, fps = 24;
   double courant = 0.35;
-  double damping_time = 1.6;  ///< s in which an amplitude falls to 1/e
-  double travel = 0.055;      ///< wanted peak motion of the flower's blossom [m]
+  double damping_time = 1.6;      ///< s in which an amplitude falls to 1/e
+  double contact_friction = 0.2;  ///< Coulomb coefficient of parts that meet: the default of `simulate`
+  double travel = 0.055;          ///< wanted peak motion of the flower's blossom [m]
   uint64_t seed = 1;
   Interrupted interrupted{};  ///< asked per simulated frame
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/simulate/simulate_stage.h"
 #include "fitting/fit/fit_physdreamer.h"
 #include "gaussians/base/error.h"
 
@@ -63,6 +64,13 @@ ClipTerms clip_terms(const Context& context, const RunDirectory& run, const Comp
 
 }  // namespace
 
+SimulateOptions rollout_options(const FitStage& stage) {
+  SimulateOptions options;
+  options.grid = grid_kind(stage.solver);
+  options.object_friction = SimulateStage().contact_friction;
+  return options;
+}
+
 uint64_t network_seed(const Context& context) { return context.seed - 1; }
 
 std::shared_ptr<Guidance> start_guide(const Context& context, const RunDirectory& run, const CompareStage& stage,
@@ -83,8 +91,8 @@ MaterialFitOptions material_fit_options(const Context& context, const RunDirecto
                                         const FitStage& stage, const FitScene& fit, int first_step) {
   MaterialFitOptions options;
   VibrationFitOptions& vibration = options.vibration;
+  vibration.simulate = rollout_options(stage);
   vibration.simulate.gravity = -9.81 * scene.up;
-  vibration.simulate.grid = grid_kind(stage.solver);
   vibration.search.first = fit.free_after;
   vibration.refine.tolerance = 1e-3;
   vibration.modes.most = 6;

@@ -5,6 +5,10 @@
 
 namespace pliant {
 
+/// What the roll-outs of every fit share with `simulate`, which replays them: the solver, and the friction of touching
+/// parts.
+SimulateOptions rollout_options(const FitStage& stage);
+
 /// What a stage asks of the fit of `fit`, to its videos or, without any, to a guiding program, whose first step is
 /// `first_step`.
 MaterialFitOptions material_fit_options(const Context& context, const RunDirectory& run, const Scene& scene,

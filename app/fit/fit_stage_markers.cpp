@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/fit/fit_options.h"
 #include "app/fit/fit_progress.h"
 #include "app/fit/fit_report.h"
 #include "app/fit/start_material.h"
@@ -173,10 +174,10 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   const SimulatedBody body = make_body(std::move(particles), scene, material.solid, material.law);
   const std::vector<Interaction> load = load_of(m, scene, body.file);
   MarkerFitOptions options;
+  options.model.simulate = rollout_options(stage);
   options.model.simulate.gravity = m.interactions.empty() ? Vec3d::Zero() : Vec3d(-9.81 * scene.up);
   options.model.simulate.fps = state_rate(tracks);
   options.model.simulate.courant = 0.5;
-  options.model.simulate.grid = grid_kind(stage.solver);
   options.model.reach = m.reach > 0 ? m.reach : 2 * body.particles.cell_size;
   options.release_range =
       std::clamp(0.15 * m.window, 0.03, 0.2);  // a slow body has moved little when it is seen to move

@@ -9,6 +9,7 @@
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/simulation_plan.h"
 #include "gaussians/io/splats/ply.h"
+#include "physics/simulate/loads.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -88,7 +89,13 @@ json sized_push(const Context& context, const SimulateOptions& simulate, const s
   sizing.height = size_of(extract, scene, body.particles);
   sizing.fraction = stage.push;
   sizing.duration = kPushDuration;
-  if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) held.push_back(*floor);
+  if (const auto floor = stage.floor ? floor_of(extract, {}, scene) : std::nullopt) {
+    held.push_back(*floor);
+  } else if (!LoadSchedule<float>(simulate, body.particles, held).pinned(0)) {
+    // A free fall would count as motion by the push: what nothing holds or carries is pushed against its inertia alone.
+    sizing.simulate.gravity.setZero();
+    sizing.simulate.settle_time = 0;
+  }
   sizing.scale_on_body = true;
   constexpr int kPercent = 100;
   sizing.go_on = [&](double share) {

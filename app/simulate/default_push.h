@@ -22,8 +22,9 @@ PushPlace default_push_place(const Particles& particles, const ObjectTip& tip, c
 nlohmann::json push_row(const PushPlace& place, double newtons, double start, double duration, double metres_per_unit);
 
 /// The rows of interactions.json without a script: one sideways push at the tip from `start` [s] on, as strong as the
-/// body's stiffness asks for when it is simulated with `simulate` and `held` by these.  `object`: its splats;
-/// `extract`: height and contact that it found; `push` receives how it was sized.  Throws Error{kInterrupted}.
+/// body's stiffness asks for when it is simulated with `simulate` and `held` by these pins, or as its inertia alone
+/// asks for where neither they nor a floor hold it.  `object`: its splats; `extract`: height and contact that it found;
+/// `push` receives how it was sized.  Throws Error{kInterrupted}.
 nlohmann::json sized_push(const Context& context, const SimulateOptions& simulate, const std::filesystem::path& object,
                           const nlohmann::json& extract, const Scene& scene, const SimulateStage& stage,
                           const SimulatedBody& body, std::vector<Interaction> held, double start, nlohmann::json& push);

@@ -14,6 +14,7 @@
 #include "app/demo/reference.h"
 #include "app/demo/splats.h"
 #include "app/import/interactions.h"
+#include "app/simulate/simulate_stage.h"
 #include "app/store/material.h"
 #include "app/store/trajectory.h"
 #include "gaussians/io/files/files.h"
@@ -255,6 +256,10 @@ TEST(DemoKinds, WithADamagedCacheOrOneThatCannotBeMadeMotionsAreComputedAnew) {
   EXPECT_EQ(first.time_step, third.time_step);
   EXPECT_EQ(first.samples.position, third.samples.position);
   EXPECT_NE(first.frames.back().x, first.frames.front().x);
+}
+
+TEST(DemoKinds, TouchingPartsRubAsInSimulate) {
+  EXPECT_EQ(ReferenceOptions().contact_friction, SimulateStage().contact_friction);
 }
 
 TEST(DemoKinds, TheCacheKnowsTheSolverByAMotionInWhichPartsMeet) {

@@ -11,6 +11,7 @@
 #include "app/fit/fit_options.h"
 #include "app/fit/fit_scene.h"
 #include "app/run/attach_scene.h"
+#include "app/simulate/simulate_stage.h"
 #include "app/store/fit_checkpoint.h"
 #include "app/store/material.h"
 #include "app/store/particles.h"
@@ -28,6 +29,18 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+TEST_F(FitVideo, TouchingPartsRubInAFitAsWhereItIsReplayed) {
+  Progress progress(true);
+  const RunDirectory run = RunDirectory::open(folder / "run");
+  const Context context{progress, [] { return false; }};
+  const FitInputs in = inputs_of(run, load_run_scene(run), FitStage());
+  const FitScene fit = load_fit_scene(context, run, in);
+  const double friction = SimulateStage().contact_friction;
+  EXPECT_EQ(rollout_options(in.options).object_friction, friction);
+  const MaterialFitOptions options = material_fit_options(context, run, in.scene, in.options, fit, 0);
+  EXPECT_EQ(options.vibration.simulate.object_friction, friction);
+}
 
 TEST_F(FitVideo, NetworksBeginByTheSeedOfTheProgram) {
   Progress progress(true);

@@ -143,9 +143,11 @@ TEST_F(SimulatedBar, StaysWhereNothingHoldsOrStopsItUnlessThatIsAskedFor) {
     return summary()["session"]["gravity_m_s2"][2].get<double>();
   };
   EXPECT_EQ(gravity({}), 0);
-  EXPECT_FALSE(summary()["push"].is_null());
+  ASSERT_FALSE(summary()["push"].is_null());
+  const double weightless_newtons = summary()["push"]["newtons"];
   EXPECT_EQ(summary()["settle_displacement_m"], 0);
   EXPECT_EQ(gravity({"--no-floor"}), -9.81);
+  EXPECT_NEAR(summary()["push"]["newtons"].get<double>() / weightless_newtons, 1, 0.1) << "inertia alone resists it";
   EXPECT_EQ(summary()["settle_displacement_m"], 0) << "not before the first frame";
   EXPECT_EQ(gravity({"--interactions", script(json::array())}), -9.81);
   EXPECT_EQ(summary()["settle_displacement_m"], 0);
