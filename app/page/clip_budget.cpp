@@ -120,13 +120,8 @@ ClipFile ClipCoder::file_of(const CodedClip& clip) const {
   return file;
 }
 
-void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
-               const Binding& binding) {
+void add_binding(ClipFile& file, const std::string& section, const std::string& prefix, const Binding& binding) {
   constexpr uint16_t kUnused = 65535;
-  const std::string prefix = "level" + std::to_string(l) + ".";
-  std::vector<float> places;
-  for (const Vec3f& x : rest) places.insert(places.end(), x.data(), x.data() + 3);
-  file.add(section, prefix + "rest", {rest.size(), 3}, std::span<const float>(places));
   std::vector<uint16_t> driver;
   for (const int d : binding.driver) {
     CHECK(d < kUnused);
@@ -135,6 +130,15 @@ void add_level(ClipFile& file, const std::string& section, size_t l, const std::
   file.add(section, prefix + "driver", {binding.size(), Binding::kCount}, std::span<const uint16_t>(driver));
   const std::vector<uint8_t> weight = rounded_weights(binding);
   file.add(section, prefix + "weight", {binding.size(), Binding::kCount}, std::span<const uint8_t>(weight));
+}
+
+void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
+               const Binding& binding) {
+  const std::string prefix = "level" + std::to_string(l) + ".";
+  std::vector<float> places;
+  for (const Vec3f& x : rest) places.insert(places.end(), x.data(), x.data() + 3);
+  file.add(section, prefix + "rest", {rest.size(), 3}, std::span<const float>(places));
+  add_binding(file, section, prefix, binding);
 }
 
 CodedClip fit_to_size(ClipCoder& coder, size_t bytes, const SolverShare& solver, ClipFile& file, SectionPacker& packer,

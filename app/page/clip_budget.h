@@ -54,6 +54,10 @@ class ClipCoder {
   std::vector<int> by_importance_;  ///< of the background, what is seen most first; once something is left out
 };
 
+/// Appends a binding: `prefix` + driver [N, 8], 65535 = none, and `prefix` + weight [N, 8], 0 = none; the page divides
+/// by the sum of the weights.
+void add_binding(ClipFile& file, const std::string& section, const std::string& prefix, const Binding& binding);
+
 /// Appends the binding of an object to the driving particles of a level: level{l}.rest, .driver and .weight.
 void add_level(ClipFile& file, const std::string& section, size_t l, const std::vector<Vec3f>& rest,
                const Binding& binding);

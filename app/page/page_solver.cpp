@@ -124,6 +124,7 @@ void add_solver(ClipFile& file, const SolverLevel& motion_level, const SessionSe
   size_t l = 0;
   for (const SolverLevel& level : levels) {
     add_level(file, "levels", ++l, level.file.driving_position, level.binding);
+    add_binding(file, "levels", "level" + std::to_string(l) + ".from.", bind_level(motion_level.file, level.file));
     add_body(file, l, body_of(level.file), level.memory);
     file.header["levels"][l]["clustered_to"] = level.clustered_to;
   }

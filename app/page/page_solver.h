@@ -30,7 +30,8 @@ size_t solver_bytes(const SolverLevel& motion_level, const SessionSetup& setup, 
                     std::span<const SolverLevel> levels, SectionPacker& packer);
 
 /// Appends what the page's solver needs: the sections `levels` and `solver`, and what the header says of them.  Where
-/// the object cannot be played with, the header says why.  Of `motion_level` the file and the memory count.
+/// the object cannot be played with, the header says why.  Of `motion_level` the file and the memory count.  The arrays
+/// level{l}.from.driver and .weight bind the drivers of the other levels to its own (see bind_level).
 void add_solver(ClipFile& file, const SolverLevel& motion_level, const SessionSetup& setup, const Scene& scene,
                 std::span<const SolverLevel> levels);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "app/import/interactions.h"
@@ -96,11 +97,27 @@ ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int coun
   return out;
 }
 
+Binding bind_level(const ParticleFile& file, const ParticleFile& level) {
+  const std::vector<Vec3f>& points = level.driving_position;
+  std::vector<int> own = own_drivers(file, points);
+  // Its own samples say more of where a driver belongs than the nearest ones, which may be of another part.
+  std::vector<float> nearest(own.size(), std::numeric_limits<float>::infinity());
+  for (size_t s = 0; !own.empty() && s < level.solid_position.size(); ++s) {
+    const int point = level.solid_driver[s], driver = file.solid_driver[s];
+    if (point < 0 || driver < 0) continue;
+    const float distance = (level.solid_position[s] - points[point]).squaredNorm();
+    if (distance >= nearest[point]) continue;
+    nearest[point] = distance;
+    own[point] = driver;
+  }
+  return pliant::bind({}, points, file.driving_position, {.links = file.driving_links, .own = own});
+}
+
 std::vector<DriverFrame> motion_of(const MovingScene& moving, const ParticleFile& level) {
   const std::vector<Vec3f>&drivers = moving.particles.driving_position, &points = level.driving_position;
   std::vector<DriverFrame> frames;
   const bool same = drivers == points;
-  const Binding binding = same ? Binding{} : pliant::bind({}, points, drivers);
+  const Binding binding = same ? Binding{} : bind_level(moving.particles, level);
   for (const TrajectoryFile::Frame& frame : moving.trajectory.frames) {
     if (same) {
       frames.push_back({frame.position, frame.F});
@@ -123,7 +140,7 @@ std::optional<TrajectoryFile::Memory> memory_of(const MovingScene& moving, const
   const std::vector<Vec3f>&drivers = moving.particles.driving_position, &points = level.driving_position;
   if (!moving.trajectory.memory || drivers == points) return moving.trajectory.memory;
   const TrajectoryFile::Memory& all = *moving.trajectory.memory;
-  const Binding binding = pliant::bind({}, points, drivers);
+  const Binding binding = bind_level(moving.particles, level);
   TrajectoryFile::Memory out;
   for (size_t i = 0; i < points.size(); ++i) {
     Mat3f F = Mat3f::Zero(), F_viscous = Mat3f::Zero();

@@ -17,7 +17,11 @@ struct DriverFrame {
 /// it has no more.
 ParticleFile with_drivers(const ParticleFile& file, const Scene& scene, int count);
 
-/// What the simulated particles do to those of another clustering: each is carried by its neighbours at rest.
+/// The driving particles of `level` to those of `file`, of which with_drivers made it: each follows only what hangs
+/// together with its own samples.
+Binding bind_level(const ParticleFile& file, const ParticleFile& level);
+
+/// What the simulated particles do to those of another clustering, each carried by those that bind_level gives it.
 std::vector<DriverFrame> motion_of(const MovingScene& moving, const ParticleFile& level);
 
 /// What they remember in the first frame, likewise.

@@ -35,20 +35,23 @@ std::vector<Vec3f> bound_positions(const ParticleFile& particles, const Gaussian
 
 }  // namespace
 
+std::vector<int> own_drivers(const ParticleFile& particles, std::span<const Vec3f> points) {
+  std::vector<int> own;
+  if (particles.driving_links.empty()) return own;
+  std::vector<Vec3f> simulated;
+  std::vector<int> driver;
+  for (size_t s = 0; s < particles.solid_position.size(); ++s) {
+    if (particles.solid_driver[s] < 0) continue;
+    simulated.push_back(particles.solid_position[s]);
+    driver.push_back(particles.solid_driver[s]);
+  }
+  for (const int s : k_nearest(simulated, points, 1)) own.push_back(driver[s]);
+  return own;
+}
+
 Binding bind_object(const Scene& scene, const ParticleFile& particles, const GaussianCloud& object) {
   const std::vector<Vec3f> at = bound_positions(particles, object);
-  // A Gaussian belongs to the part whose solid is nearest: of two leaves that nearly touch, to that which it shows.
-  std::vector<int> own;
-  if (!particles.driving_links.empty()) {
-    std::vector<Vec3f> simulated;
-    std::vector<int> driver;
-    for (size_t s = 0; s < particles.solid_position.size(); ++s) {
-      if (particles.solid_driver[s] < 0) continue;
-      simulated.push_back(particles.solid_position[s]);
-      driver.push_back(particles.solid_driver[s]);
-    }
-    for (const int s : k_nearest(simulated, at, 1)) own.push_back(driver[s]);
-  }
+  const std::vector<int> own = own_drivers(particles, at);
   Binding binding = pliant::bind({}, at, particles.driving_position, {.links = particles.driving_links, .own = own});
   for (const json& row : json::parse(particles.pinned_json)) {
     const Region region = parse_region(row, {scene.metres_per_unit, scene.up}, "particles.h5");

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "app/run/run_directory.h"
 #include "app/store/particles.h"
 #include "app/store/trajectory.h"
@@ -22,6 +25,11 @@ struct MovingScene {
   /// Background, then object.
   GaussianCloud all_at(const TrajectoryFile::Frame& frame) const;
 };
+
+/// [N] driver of the part that each of the points [N, 3] (scene units, at rest) shows: that of the nearest simulated
+/// sample, so that of two leaves that nearly touch a Gaussian belongs to its own.  Empty where the drivers have no
+/// links.
+std::vector<int> own_drivers(const ParticleFile& particles, std::span<const Vec3f> points);
 
 /// The object's Gaussians to its driving particles.  Those of a disconnected piece move as one with the nearest
 /// simulated part; those in a pinned region are rigid and follow none.

@@ -1,6 +1,6 @@
 // The object as bodies for the solver, one per level of detail, and their states in the recording.
 
-import {Carrier} from './carry.js';
+import {Carrier, kNeighbours} from './carry.js';
 import {ClipError} from './container.js';
 import {readLevel} from './motion.js';
 import {bodyNumbers} from './solver_layout.js';
@@ -10,12 +10,16 @@ const kMemoryNumbers = 19;    // of a driver, see solver_memory
 
 /** A body of the solver: the drivers of a level with their material. */
 export class Body {
-  /** `recorded`: {level, source} of the baked motion (see BakedMotion); the body may be of another level. */
-  constructor(header, level, material, recorded) {
+  /**
+   * `recorded`: {level, source} of the baked motion (see BakedMotion); the body may be of another level, whose drivers
+   * `binding` binds to those of the motion (see Carrier).
+   */
+  constructor(header, level, material, recorded, binding) {
     this.level = level;
     this.count = level.count;
     this.material = material;
     this.recorded = recorded;
+    this.binding = binding;
     this.metres = header.metres_per_unit;
     this.fps = header.solver.fps;
     this.clusteredTo = header.levels[level.index].clustered_to;  // 0: the particles of the simulation
@@ -33,7 +37,7 @@ export class Body {
   at(frame) {
     const {source} = this.recorded, drivers = source.frameAt(frame, source.arrays());
     if (this.level === this.recorded.level) return drivers;
-    this.carrier ??= new Carrier(this.level.rest, this.recorded.level.rest);
+    this.carrier ??= new Carrier(this.level.rest, this.recorded.level.rest, this.binding);
     return this.carrier.carry(drivers);
   }
 
@@ -66,11 +70,23 @@ function readMaterial(container, index, {drivers: count, links: pairs, materials
   };
 }
 
+/** What carries the drivers of a level: those of the motion, which has `others`. */
+function readBinding(container, index, count, others) {
+  const read = (name) => container.array(`level${index}.from.${name}`, [count, kNeighbours]).values.slice();
+  const driver = read('driver'), weight = read('weight');
+  if (driver.some((m, k) => weight[k] > 0 && m >= others)) {
+    throw new ClipError(`The data in this file are inconsistent (level${index}.from).`);
+  }
+  return {driver, weight};
+}
+
 /** Bodies of all levels of the inflated section `levels`, the finest first. */
 export function readBodies(container, header, object, recorded) {
   return header.levels.map((description, index) => {
-    const level = index === recorded.level.index ? recorded.level
-                                                 : readLevel(container, index, description, object.count, object.rows);
-    return new Body(header, level, readMaterial(container, index, description, header.solver.remembers), recorded);
+    const material = readMaterial(container, index, description, header.solver.remembers);
+    if (index === recorded.level.index) return new Body(header, recorded.level, material, recorded, null);
+    const level = readLevel(container, index, description, object.count, object.rows);
+    const binding = readBinding(container, index, level.count, recorded.level.count);
+    return new Body(header, level, material, recorded, binding);
   });
 }

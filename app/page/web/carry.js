@@ -1,6 +1,6 @@
 // Drivers of a coarser level carried by those of level 0, as a Gaussian is carried by its drivers.
 
-const kNeighbours = 8;
+export const kNeighbours = 8;  // drivers that carry one, at most
 const kTwistShare = 0.1;  // as in gaussians/render/deform_kernels.h
 const kMostTurns = 60;
 
@@ -35,47 +35,22 @@ export function closestRotation(A) {
   return R;
 }
 
-/** For each of the points [N, 3] its nearest ones among `from` [M, 3] and weights that fade out with distance. */
-function neighbours(points, from) {
-  const count = from.length / 3, order = Uint32Array.from({length: count}, (_, m) => m);
-  order.sort((a, b) => from[3 * a] - from[3 * b]);
-  const wanted = Math.min(kNeighbours + 1, count);  // the last one sets the reach
-  const place = new Uint32Array(points.length / 3 * kNeighbours), weight = new Float32Array(place.length);
-  for (let i = 0; 3 * i < points.length; ++i) {
-    const [x, y, z] = points.subarray(3 * i, 3 * i + 3), found = [];
-    let low = 0, high = count;
-    while (low < high) {
-      const middle = low + high >> 1;
-      if (from[3 * order[middle]] < x) low = middle + 1;
-      else high = middle;
-    }
-    const gap = (k) => k < 0 || k >= count ? Infinity : Math.abs(from[3 * order[k]] - x);
-    for (let left = low - 1, right = low;;) {
-      const k = gap(left) < gap(right) ? left-- : right++;
-      if (!(gap(k) < Infinity) || found.length === wanted && gap(k) > found[wanted - 1].distance) break;
-      const m = order[k], distance = Math.hypot(from[3 * m] - x, from[3 * m + 1] - y, from[3 * m + 2] - z);
-      if (found.length === wanted && distance >= found[wanted - 1].distance) continue;
-      let at = Math.min(found.length, wanted - 1);
-      while (at > 0 && found[at - 1].distance > distance) found[at] = found[--at];
-      found[at] = {m, distance};
-    }
-    const reach = Math.max(found.at(-1).distance, 1e-9), used = found.slice(0, Math.max(1, wanted - 1));
-    const weights = used.map(({distance}) => (1 - (distance / reach) ** 2) ** 2 + 1e-6);
-    const sum = weights.reduce((a, b) => a + b);
-    used.forEach(({m}, k) => {
-      place[kNeighbours * i + k] = m;
-      weight[kNeighbours * i + k] = weights[k] / sum;
-    });
-  }
-  return {place, weight};
-}
-
 /** Carries drivers at rest [N, 3] by those of another level at rest [M, 3], all in scene units. */
 export class Carrier {
-  constructor(rest, from) {
+  /**
+   * `binding`: {driver, weight}, both [N, 8], the others that carry each one and their weights up to a factor; drivers
+   * without weight are not used, and one that nothing carries stays at rest.
+   */
+  constructor(rest, from, {driver, weight}) {
     this.rest = rest;
     this.from = from;
-    Object.assign(this, neighbours(rest, from));
+    this.place = driver;
+    this.weight = new Float32Array(weight.length);
+    for (let first = 0; first < weight.length; first += kNeighbours) {
+      let sum = 0;
+      for (let k = 0; k < kNeighbours; ++k) sum += weight[first + k];
+      for (let k = 0; k < kNeighbours && sum > 0; ++k) this.weight[first + k] = weight[first + k] / sum;
+    }
   }
 
   /** The carried drivers, {positions [N, 3], gradients [N, 9]}, given the others. */
@@ -84,7 +59,14 @@ export class Carrier {
     const out = {positions: new Float32Array(3 * count), gradients: new Float32Array(9 * count)};
     for (let i = 0; i < count; ++i) {
       const before = [0, 0, 0], after = [0, 0, 0], F = new Array(9).fill(0), H = new Array(9).fill(0);
-      const first = kNeighbours * i, last = first + kNeighbours;
+      const first = kNeighbours * i;
+      let last = first;
+      while (last < first + kNeighbours && weight[last] > 0) ++last;
+      if (last === first) {
+        out.positions.set(rest.subarray(3 * i, 3 * i + 3), 3 * i);
+        out.gradients.set([1, 0, 0, 0, 1, 0, 0, 0, 1], 9 * i);
+        continue;
+      }
       for (let k = first; k < last; ++k) {
         const m = place[k], w = weight[k];
         for (let c = 0; c < 3; ++c) {

@@ -4,6 +4,7 @@
 
 #include "app/simulate/driver_level.h"
 #include "tests/app/page/page_solver_case.h"
+#include "tests/app/page/two_sheets.h"
 
 namespace pliant {
 namespace {
@@ -102,14 +103,31 @@ TEST_F(PageSolver, AfterAFailureTheBodyStillIsOneThatWasHeldAsItWasCaptured) {
   }
 }
 
+/// Numbers of an array in an unpacked file.
+template <class V>
+std::vector<V> array_of(const ClipFile& file, const std::string& name) {
+  for (const json& row : file.header["arrays"]) {
+    if (row["name"] != name) continue;
+    size_t count = 1;
+    for (const size_t extent : row["shape"]) count *= extent;
+    std::vector<V> out(count);
+    const std::string& bytes = file.sections.at(row["section"].get<std::string>());
+    std::memcpy(out.data(), bytes.data() + row["offset"].get<size_t>(), count * sizeof(V));
+    return out;
+  }
+  ADD_FAILURE() << "no array " << name;
+  return {};
+}
+
+std::vector<float> flat(const std::vector<Vec3f>& points) {
+  std::vector<float> out;
+  for (const Vec3f& x : points) out.insert(out.end(), x.data(), x.data() + 3);
+  return out;
+}
+
 // A rigid motion, which is carried as it is, and one that shears and turns, which is carried as natively.
 TEST_F(PageSolver, ACoarserBodyIsCarriedAsByTheNativeProgram) {
   constexpr double kJitter = 0.3;  // of a lattice: every driver hangs together with those around it
-  const auto flat = [](const std::vector<Vec3f>& points) {
-    std::vector<float> out;
-    for (const Vec3f& x : points) out.insert(out.end(), x.data(), x.data() + 3);
-    return out;
-  };
   MovingScene moving;
   ParticleFile level;
   const std::vector<Vec3f>& from = moving.particles.driving_position =
@@ -129,6 +147,9 @@ TEST_F(PageSolver, ACoarserBodyIsCarriedAsByTheNativeProgram) {
   moving.trajectory.frames = {rigid, bent};
   const std::vector<DriverFrame> natively = motion_of(moving, level);
   const size_t n = level.driving_position.size();
+  const Binding binding = bind_level(moving.particles, level);
+  std::vector<uint16_t> driver;  // as add_binding writes them
+  for (const int d : binding.driver) driver.push_back(static_cast<uint16_t>(d));
   for (size_t t = 0; t < 2; ++t) {
     const TrajectoryFile::Frame& frame = moving.trajectory.frames[t];
     std::vector<float> gradients, expected = flat(natively[t].position);
@@ -137,6 +158,8 @@ TEST_F(PageSolver, ACoarserBodyIsCarriedAsByTheNativeProgram) {
     const json printed = run({{"carry",
                                {{"rest", flat(level.driving_position)},
                                 {"from", flat(from)},
+                                {"driver", driver},
+                                {"weight", binding.weight},
                                 {"positions", flat(frame.position)},
                                 {"gradients", gradients}}}});
     ASSERT_TRUE(printed.is_object()) << printed;
@@ -148,6 +171,41 @@ TEST_F(PageSolver, ACoarserBodyIsCarriedAsByTheNativeProgram) {
       const Vec3f x = turn * level.driving_position[i] + by;
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(carried[3 * i + c], x[c], 1e-6) << i;
     }
+  }
+}
+
+// Of two sheets that lie closer than the drivers of the coarser body, one is lifted and the other stays.
+TEST_F(PageSolver, ACoarserBodyIsCarriedByTheDriversThatItHangsTogetherWith) {
+  constexpr float kLift = 0.3f;
+  const ParticleFile sheets = two_sheets();
+  const SolverLevel coarser{60, with_drivers(sheets, Scene(), 60), {}, {}};
+  const std::vector<Vec3f>&from = sheets.driving_position, &rest = coarser.file.driving_position;
+  ASSERT_LT(rest.size(), from.size());
+  SessionSetup setup;
+  setup.solid = {std::vector<float>(from.size(), 2e4f), std::vector<float>(from.size(), 0.3f),
+                 std::vector<float>(from.size(), 800)};
+  ClipFile file;
+  file.header["levels"] = json::array({json::object()});
+  add_solver(file, {0, sheets, {}, {}}, setup, Scene(), {&coarser, 1});
+  std::vector<Vec3f> lifted = from;
+  for (size_t i = 0; const int sheet : sheets_of_drivers(sheets)) lifted[i++].z() += sheet == 2 ? kLift : 0;
+  std::vector<float> gradients;
+  append_rows(gradients, std::vector<Mat3f>(from.size(), Mat3f::Identity()));
+  const json printed = run({{"carry",
+                             {{"rest", flat(rest)},
+                              {"from", flat(from)},
+                              {"driver", array_of<uint16_t>(file, "level1.from.driver")},
+                              {"weight", array_of<uint8_t>(file, "level1.from.weight")},
+                              {"positions", flat(lifted)},
+                              {"gradients", gradients}}}});
+  ASSERT_TRUE(printed.is_object()) << printed;
+  const std::vector<float> carried = result();
+  ASSERT_EQ(carried.size(), 12 * rest.size());
+  const std::vector<int> sheet = sheets_of_drivers(coarser.file);
+  for (size_t i = 0; i < rest.size(); ++i) {
+    ASSERT_NE(sheet[i], 3) << i;
+    const Vec3f by = Eigen::Map<const Vec3f>(&carried[3 * i]) - rest[i];
+    EXPECT_LT((by - Vec3f(0, 0, sheet[i] == 2 ? kLift : 0)).norm(), 1e-5f) << i;
   }
 }
 

@@ -4,8 +4,8 @@
 // Writes positions and deformation gradients of every frame as float32 and prints milliseconds and substeps.
 // A CASE with `steps`, a list of {commands, frames}, is run by the host of the page instead (see createSolverHost), and
 // [{failed, forces}] of each is printed.
-// A CASE {carry: {rest, from, positions, gradients}} is carried by carry.js (see Carrier): it writes the carried
-// positions and gradients as float32.
+// A CASE {carry: {rest, from, driver, weight, positions, gradients}} is carried by carry.js (see Carrier): it
+// writes the carried positions and gradients as float32.
 
 import fs from 'node:fs';
 
@@ -18,8 +18,8 @@ const kMaterialNumbers = 15;
 const [wasm, file, out] = process.argv.slice(2);
 const text = fs.readFileSync(file, 'utf8'), run = JSON.parse(text), floats = (values) => Float32Array.from(values);
 if (run.carry) {
-  const {rest, from, positions, gradients} = run.carry, {Carrier} = await ofPage('carry.js');
-  const carrier = new Carrier(floats(rest), floats(from));
+  const {rest, from, driver, weight, positions, gradients} = run.carry, {Carrier} = await ofPage('carry.js');
+  const carrier = new Carrier(floats(rest), floats(from), {driver: Uint16Array.from(driver), weight: floats(weight)});
   const carried = carrier.carry({positions: floats(positions), gradients: floats(gradients)});
   const parts = [carried.positions, carried.gradients].map((values) => Buffer.from(values.buffer));
   fs.writeFileSync(out, Buffer.concat(parts));

@@ -11,6 +11,7 @@
 #include "app/simulate/moving_scene.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/ply.h"
+#include "tests/app/page/two_sheets.h"
 #include "tests/app/run_pliant.h"
 #include "tests/temporary_folder.h"
 
@@ -91,6 +92,48 @@ TEST(Leaves, ThatNearlyTouchAreNotPulledAlong) {
       side[level.solid_driver[s]] |= level.solid_position[s].z() > kMiddle ? 2 : 1;
   for (const int both : side) EXPECT_NE(both, 3);
   for (const auto& [a, b] : level.driving_links) EXPECT_NE(side[a] | side[b], 3) << a << ", " << b;
+
+  // Nor is the lower leaf taken along where the motion is that of the coarser level.
+  const std::array<double, 2> carried = largest(level.driving_position, motion_of(moving, level).back().position);
+  EXPECT_GT(carried[1], 0.3);
+  EXPECT_LT(carried[0], 0.05 * carried[1]);
+}
+
+// Two sheets of one layer of samples, one sample apart: the upper one moves, stretched, and the lower one stays.
+TEST(Leaves, OfACoarserLevelAreCarriedByTheirOwnDriversAlone) {
+  constexpr float kLift = 0.3f;
+  MovingScene moving;
+  moving.particles = two_sheets();
+  const std::vector<Vec3f>& rest = moving.particles.driving_position;
+  const Mat3f stretch = Vec3f(1.5f, 1, 1).asDiagonal();
+  TrajectoryFile::Frame frame;
+  TrajectoryFile::Memory memory;
+  for (size_t i = 0; const int sheet : sheets_of_drivers(moving.particles)) {
+    const bool upper = sheet == 2;
+    frame.position.push_back(rest[i++] + Vec3f(0, 0, upper ? kLift : 0));
+    frame.F.push_back(upper ? stretch : Mat3f::Identity());
+    memory.F.push_back(frame.F.back());
+    memory.F_viscous.push_back(frame.F.back());
+    memory.history.push_back(upper ? 1.0f : 0.0f);
+  }
+  moving.trajectory.frames = {frame};
+  moving.trajectory.memory = memory;
+
+  const ParticleFile level = with_drivers(moving.particles, Scene(), 60);
+  ASSERT_LT(level.driving_position.size(), rest.size());
+  const DriverFrame carried = motion_of(moving, level)[0];
+  const TrajectoryFile::Memory remembered = *memory_of(moving, level);
+  const std::vector<int> sheet = sheets_of_drivers(level);
+  for (size_t i = 0; i < sheet.size(); ++i) {
+    ASSERT_NE(sheet[i], 3) << i;
+    const bool upper = sheet[i] == 2;
+    const Mat3f F = upper ? stretch : Mat3f::Identity();
+    EXPECT_LT((carried.position[i] - level.driving_position[i] - Vec3f(0, 0, upper ? kLift : 0)).norm(), 1e-5f) << i;
+    EXPECT_LT((carried.F[i] - F).norm(), 1e-5f) << i;
+    EXPECT_LT((remembered.F[i] - F).norm(), 1e-5f) << i;
+    EXPECT_LT((remembered.F_viscous[i] - F).norm(), 1e-5f) << i;
+    EXPECT_NEAR(remembered.history[i], upper ? 1 : 0, 1e-5f) << i;
+  }
 }
 
 }  // namespace
