@@ -44,8 +44,16 @@ std::string rules_table(const json& extract) {
          rows + "</table>\n";
 }
 
+/// Empty where there is no band: a frequency of 0 is that of a thing that counts as rigid.
 std::string band_text(const json& band) {
-  return band.is_object() ? fmt::format("{:.3g} to {:.3g}", band["low"].get<double>(), band["high"].get<double>()) : "";
+  if (!band.is_object() || band["high"] == 0) return "";
+  return fmt::format("{:.3g} to {:.3g}", band["low"].get<double>(), band["high"].get<double>());
+}
+
+/// Whether the prediction was told this property.
+bool was_given(const json& prediction, const char* key) {
+  const json given = prediction.value("given", json::array());
+  return std::find(given.begin(), given.end(), key) != given.end();
 }
 
 /// What nobody said and was assumed, with where it comes from; empty where all was given.
@@ -66,11 +74,10 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
   if (stages.contains("predict")) {
     const json& p = stages["predict"]["summary"];
     std::string source = fmt::format("{}: {}", p["understood"].get<std::string>(), p["source"].get<std::string>());
-    const json given = p.value("given", json::array());
     // E of a fit is found; the prediction says nothing of it or of the sway.
     const bool fitted = stages["simulate"]["found"].value("fitted", false);
     const auto add_predicted = [&](const char* key, const char* what, int digits) {
-      if (std::find(given.begin(), given.end(), key) != given.end()) return;
+      if (was_given(p, key)) return;
       add(what, fmt::format("{:.{}g}", p[key].get<double>(), digits), band_text(p[std::string(key) + "_band"]), source);
       source = "the same";
     };
@@ -92,8 +99,10 @@ std::string material_section(const RunDirectory& run, const json& stages) {
   if (html.empty()) return "";
   if (stages["simulate"]["found"].contains("predicted")) {
     const json& p = stages["predict"]["summary"];
-    html += fmt::format("<p>Predicted mean: {:.3g} Pa; 80 % interval {} Pa.</p>\n", p["young"].get<double>(),
-                        band_text(p["young_band"]));
+    html += was_given(p, "young") ? fmt::format("<p>Mean as given: {:.3g} Pa; its distribution is predicted.</p>\n",
+                                                p["young"].get<double>())
+                                  : fmt::format("<p>Predicted mean: {:.3g} Pa; band {} Pa.</p>\n",
+                                                p["young"].get<double>(), band_text(p["young_band"]));
   }
   return "<h2>Material</h2>\n" + html;
 }

@@ -9,8 +9,8 @@
 namespace pliant {
 namespace {
 
-constexpr double kStepsOfMinute = 4 * kUsualParticleSteps;  // on two cores
-constexpr double kWorthSaying = 5;                          // minutes
+constexpr double kStepsOfMinute = 10 * kUsualParticleSteps;  // on two slow cores
+constexpr double kWorthSaying = 5;                           // minutes
 
 std::string duration_text(double minutes) {
   constexpr double kHour = 60, kDay = 24 * kHour;

@@ -205,8 +205,9 @@ void check_enough(const std::string& where, const std::string& lost, const Train
             " photos from different places (with fewer, depth and hidden parts stay unknown), better 30 or more");
   }
   if (held_out == usable) {
-    throw usage_error("hold-out", "", "leaves no photo to train on: all " + std::to_string(usable) + " are held out",
-                      "hold out every 8th photo or none");
+    throw usage_error("--hold-out-every", "",
+                      "leaves no photo to train on: all " + std::to_string(usable) + " are held out",
+                      "give 8, or 0 for none");
   }
 }
 

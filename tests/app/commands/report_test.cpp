@@ -23,6 +23,7 @@ std::string report_of(const json& stages) {
   const TemporaryFolder folder;
   write_text(folder / "run.json", json({{"scene", {{"source", "x"}}}, {"stages", stages}}).dump());
   write_text(folder / "interactions.json", "[]");
+  write_text(folder / "stiffness.png", "a picture");
   write_report(RunDirectory::open(folder.path()), Scene(), "pliant run x");
   return read_text(folder / "report.html");
 }
@@ -42,15 +43,8 @@ json finished(const std::vector<std::string>& names) {
   return stages;
 }
 
-}  // namespace
-
-TEST(RunReport, TotalIsTheTimeOfAllStages) {
-  const std::string report = report_of(
-      finished({"label", "segment", "extract", "repair", "fill", "seed", "fit", "simulate", "render", "page"}));
-  EXPECT_NE(report.find("<td>total</td><td>1023.0</td>"), std::string::npos) << report;
-}
-
-TEST(RunReport, AnEThatWasFittedIsNotAssumed) {
+/// A run whose material was predicted.
+json predicted_stages() {
   json stages = finished({"extract", "predict", "fit", "simulate"});
   const json band = {{"low", 0.2}, {"typical", 0.3}, {"high", 0.4}};
   stages["predict"]["summary"] = {
@@ -59,6 +53,32 @@ TEST(RunReport, AnEThatWasFittedIsNotAssumed) {
     stages["predict"]["summary"][name] = 0.3;
     stages["predict"]["summary"][name + std::string("_band")] = band;
   }
+  return stages;
+}
+
+}  // namespace
+
+TEST(RunReport, TotalIsTheTimeOfAllStages) {
+  const std::string report = report_of(
+      finished({"label", "segment", "extract", "repair", "fill", "seed", "fit", "simulate", "render", "page"}));
+  EXPECT_NE(report.find("<td>total</td><td>1023.0</td>"), std::string::npos) << report;
+}
+
+TEST(RunReport, AGivenEHasNoBandAndARigidThingNoneOfItsSway) {
+  json stages = predicted_stages();
+  stages["simulate"]["found"]["predicted"] = true;
+  const auto says = [&](const char* word) { return report_of(stages).find(word) != std::string::npos; };
+  EXPECT_TRUE(says("Predicted mean: 0.3 Pa; band 0.2 to 0.4 Pa."));
+  stages["predict"]["summary"]["given"] = {"young"};
+  EXPECT_TRUE(says("Mean as given: 0.3 Pa; its distribution is predicted."));
+  EXPECT_FALSE(says("Predicted mean"));
+  stages["predict"]["summary"]["frequency_band"] = {{"low", 0}, {"typical", 0}, {"high", 0}};
+  EXPECT_TRUE(says("sway frequency"));
+  EXPECT_FALSE(says("0 to 0"));
+}
+
+TEST(RunReport, AnEThatWasFittedIsNotAssumed) {
+  json stages = predicted_stages();
   for (const bool fitted : {false, true}) {
     stages["simulate"]["found"]["fitted"] = fitted;
     const std::string report = report_of(stages);

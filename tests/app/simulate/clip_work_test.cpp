@@ -16,10 +16,10 @@ TEST(ClipWork, OfAStiffMaterialIsAnnouncedWithItsTimeSteps) {
   SimulateOptions options;
   options.duration = 4;
   EXPECT_EQ(describe_work(options, bar), "");
-  bar.young[3] = 1e13f;
+  bar.young[3] = 4e13f;
   const double steps = 120 * substeps_at_rest(options, bar);
   const std::string sentence = describe_work(options, bar);
-  for (const std::string& part : {std::string("E = 1e+13 Pa"), std::string("cells of 0.02 m"),
+  for (const std::string& part : {std::string("E = 4e+13 Pa"), std::string("cells of 0.02 m"),
                                   fmt::format("{:.3g} steps of {} particles", steps, bar.size()),
                                   std::string("hours on two cores"), std::string("--particles")})
     EXPECT_NE(sentence.find(part), std::string::npos) << part << " in: " << sentence;
