@@ -58,6 +58,15 @@ Error no_cameras(const fs::path& source) {
                   folder, photos.string()));
 }
 
+/// Where a photo was looked for that is missing.
+std::string sought(const PhotoSet& set, const CameraFile& file) {
+  std::error_code ignored;
+  const bool model = fs::is_directory(set.cameras, ignored);
+  return fmt::format("'{}' was looked for {}{} {}", file.missing_photo,
+                     set.photos.empty() ? "" : fmt::format("in {} and ", set.photos.string()),
+                     model ? "in the folders around" : "beside", set.cameras.string());
+}
+
 }  // namespace
 
 PhotoSet find_photo_set(const fs::path& source, const fs::path& photos, const std::vector<fs::path>& splats) {
@@ -110,8 +119,11 @@ bool lacks_splats(const fs::path& source) {
 CameraFile read_photo_cameras(const PhotoSet& set) {
   CameraFile file = read_cameras(set.cameras, set.photos, PhotoFit::kEachPhoto);
   if (file.photos_found == 0)
-    throw input_error(set.cameras.string(), "", fmt::format("lists {} photos, none of which was found", file.frames),
+    throw input_error(set.cameras.string(), "",
+                      fmt::format("lists {} photos, none of which was found: {}", file.frames, sought(set, file)),
                       "put them where the file names them, or give their folder with --photos");
+  if (!file.missing_photo.empty())
+    file.warnings.push_back(fmt::format("{}: {}", set.cameras.string(), sought(set, file)));
   if (const std::string sentence = other_models(set.cameras); !sentence.empty()) file.warnings.push_back(sentence);
   return file;
 }

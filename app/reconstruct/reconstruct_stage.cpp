@@ -103,7 +103,8 @@ SparsePoints checked_points(const Context& context, const ReconstructStage& stag
   std::vector<Camera> pinholes;
   for (const TrainingPhoto& photo : photos.photos) pinholes.push_back(photo.camera);
   SparsePoints points = read_sparse_points(set.cameras, pinholes);
-  const PoseReport report = check_poses({.refuse = stage.poses == "auto"}, cameras, photos, points);
+  const PoseReport report = check_poses({.refuse = stage.poses == "auto", .chosen = pose_convention_named(stage.poses)},
+                                        cameras, photos, points);
   context.progress.say("reconstruct: " + report.sentence);
   for (const std::string& warning : report.warnings) context.progress.warn(warning);
   for (const std::string& warning : points.warnings) context.progress.warn(warning);
@@ -295,7 +296,7 @@ json run_reconstruct(const Context& context, RunDirectory& run, const fs::path& 
   const json summary = run.stage(context, key_of(in), [&](const std::string& provenance) {
     return train_scene(context, run, in, set, cameras, begin, provenance);
   });
-  update_scene_file(run, set);
+  update_scene_file(run, set, cameras);
   return summary;
 }
 

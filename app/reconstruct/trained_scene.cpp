@@ -12,6 +12,7 @@
 #include "gaussians/io/cameras/cameras_json.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "gaussians/io/files/json_file.h"
+#include "gaussians/io/files/paths.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/scene/up_direction.h"
 #include "gaussians/io/splats/ply.h"
@@ -25,7 +26,7 @@ namespace {
 constexpr const char* kMaskNames = "mask_names.json";
 constexpr const char* kParts[] = {"photos", "masks", kMaskNames};  // that a training writes only where it needs them
 /// In run.json: {written: scene.json as the training and the source have it, parts: {part: hash as it was written, or
-/// kUnfinished}}.
+/// kUnfinished}, lost_up: of lost_up, or null}.
 constexpr const char* kSceneNote = "scene_file";
 /// In place of the hash of a part: the training that writes it has not come to its end.
 constexpr const char* kUnfinished = "unfinished";
@@ -65,10 +66,11 @@ bool is_made(const json& made, const std::string& part) {
   return made.value(key, "") == part;
 }
 
-/// Where photos that were written anew no longer say how they were held: the up that the source's photos tell.
+/// Where photos that were written anew no longer say how they were held: the up that the source's photos tell.  It
+/// holds where the source's scene.json says none.
 std::optional<Eigen::Vector3d> lost_up(const TrainedScene& scene, const std::vector<Camera>& written) {
   constexpr double kAlike = 0.98;  // cosine
-  if (!scene.photos.changed || scene.set.settings.up) return std::nullopt;
+  if (!scene.photos.changed) return std::nullopt;
   const std::optional<UpDirection> source = up_of_cameras(scene.cameras.cameras), now = up_of_cameras(written);
   if (!source || (now && source->up.dot(now->up) > kAlike)) return std::nullopt;
   return source->up;
@@ -107,9 +109,31 @@ std::vector<std::string> make_room(RunDirectory& run, const TrainedScene& scene)
   return said;
 }
 
+/// Frames of transforms.json whose photos the training did not change name these where the source has them now.
+void follow_photos(const fs::path& folder, const CameraFile& source) {
+  std::map<std::string, fs::path> photo_of;
+  for (const Camera& camera : source.cameras)
+    if (!camera.photo.empty()) photo_of[camera.name] = camera.photo;
+  const fs::path file = folder / "transforms.json";
+  const json before = read_json(file);
+  const json& frames = JsonObject(before, file.string()).array("frames");
+  json now = before;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const JsonObject frame(frames[i], file.string(), "frames[" + std::to_string(i) + "]");
+    const std::string path = frame.text("file_path"),
+                      name = frame.has("camera_name") ? frame.text("camera_name") : name_of_photo(path);
+    const auto photo = photo_of.find(name);
+    if (photo == photo_of.end() || path == "photos/" + name + ".png") continue;
+    const std::string found = path_as_seen_from(fs::absolute(file).parent_path(), photo->second).generic_string();
+    now["frames"][i]["file_path"] = found;
+    if (name_of_photo(found) != name) now["frames"][i]["camera_name"] = name;
+  }
+  if (now != before) write_json(file, now);
+}
+
 /// scene.json from what the source says, what the training made, and what the user has made of it since it was last
-/// written.  A new training decides what shows it.
-void merge_scene_file(RunDirectory& run, const PhotoSet& set, const json& made, const json& hashes, bool trained) {
+/// written.  A new training decides what shows it.  `note` is kSceneNote without what is written.
+void merge_scene_file(RunDirectory& run, const PhotoSet& set, const json& made, json note, bool trained) {
   const fs::path folder = run.path(), file = folder / "scene.json";
   json now = set.scene.is_object() ? set.scene : json::object();
   for (const char* key : {"splats", "cameras", "photos", "masks", "antialiased"}) now.erase(key);
@@ -117,8 +141,8 @@ void merge_scene_file(RunDirectory& run, const PhotoSet& set, const json& made, 
   if (set.settings.video) now["video"]["file"] = path_from(folder, set.settings.video->file);
   now.update(made);
 
-  const json note = run.note(kSceneNote);
-  json written = note.is_object() ? note["written"] : json::object();
+  const json noted = run.note(kSceneNote);
+  json written = noted.is_object() ? noted["written"] : json::object();
   if (trained)
     for (const char* key : {"splats", "cameras", "photos"}) written.erase(key);
   json merged = now;
@@ -136,7 +160,8 @@ void merge_scene_file(RunDirectory& run, const PhotoSet& set, const json& made, 
     if (merged == before && now == written) return;
   }
   write_json(file, merged);
-  run.set_note(kSceneNote, {{"written", now}, {"parts", hashes}});
+  note["written"] = now;
+  run.set_note(kSceneNote, note);
 }
 
 }  // namespace
@@ -183,7 +208,9 @@ std::vector<std::string> write_trained_scene(RunDirectory& run, const TrainedSce
   write_lenses(folder / kLensFile, scene.photos);
 
   json made = {{"splats", splats}, {"cameras", "transforms.json"}};
-  if (const auto up = lost_up(scene, cameras)) made["up"] = {up->x(), up->y(), up->z()};
+  json note = {{"parts", json::object()}, {"lost_up", nullptr}};
+  if (const auto up = lost_up(scene, cameras)) note["lost_up"] = {up->x(), up->y(), up->z()};
+  if (!settings.up && !note["lost_up"].is_null()) made["up"] = note["lost_up"];
   // Black is not said, but where the source says another color.
   if (const auto& b = scene.background; b && (settings.background || *b != Vec3d::Zero()))
     made["background"] = {b->x(), b->y(), b->z()};
@@ -204,28 +231,44 @@ std::vector<std::string> write_trained_scene(RunDirectory& run, const TrainedSce
       }
     }
   }
-  json hashes = json::object();
   for (const char* part : kParts)
-    if (fs::exists(folder / part) && is_made(made, part)) hashes[part] = hash_of_input(folder / part);
-  merge_scene_file(run, scene.set, made, hashes, true);
+    if (fs::exists(folder / part) && is_made(made, part)) note["parts"][part] = hash_of_input(folder / part);
+  merge_scene_file(run, scene.set, made, note, true);
   return lost;
 }
 
-void update_scene_file(RunDirectory& run, const PhotoSet& set) {
-  const json note = run.note(kSceneNote);
-  json written, made = json::object();
+void update_scene_file(RunDirectory& run, const PhotoSet& set, const CameraFile& cameras) {
+  const fs::path& folder = run.path();
+  const SceneFile& settings = set.settings;
+  json note = run.note(kSceneNote), written;
   if (note.is_object()) {
     written = note["written"];
   } else {
     // A scene that was trained before there were notes says itself what its training made.
-    written = read_own_scene(run / "scene.json");
-    if (set.settings.masks.empty()) written.erase("masks");
+    written = read_own_scene(folder / "scene.json");
+    if (settings.masks.empty()) written.erase("masks");
+    note = {{"parts", json::object()}};
   }
-  if (written.value("labels", "") != kMaskNames) written.erase("labels");
-  for (const char* key : {"splats", "cameras", "photos", "masks", "labels", "background"})
+  json made = json::object();
+  for (const char* key : {"splats", "cameras", "background"})
     if (written.contains(key)) made[key] = written[key];
-  if (!set.settings.up && written.contains("up")) made["up"] = written["up"];
-  merge_scene_file(run, set, made, note.is_object() ? note["parts"] : json::object(), false);
+  // What the training did not change lies where the source has it now.
+  if (is_made(written, "photos"))
+    made["photos"] = "photos";
+  else if (!set.photos.empty())
+    made["photos"] = path_from(folder, set.photos);
+  if (is_made(written, "masks"))
+    made["masks"] = "masks";
+  else if (written.contains("masks") && !settings.masks.empty())
+    made["masks"] = path_from(folder, settings.masks);
+  if (is_made(written, kMaskNames)) made["labels"] = kMaskNames;
+  if (!settings.up && is_made(written, "photos")) {
+    // Older notes do not say whether an up is the training's: it stays.
+    const json up = note.contains("lost_up") ? note["lost_up"] : written.value("up", json());
+    if (!up.is_null()) made["up"] = up;
+  }
+  follow_photos(folder, cameras);
+  merge_scene_file(run, set, made, note, false);
 }
 
 }  // namespace pliant

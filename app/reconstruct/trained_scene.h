@@ -37,7 +37,8 @@ void check_own_scene(const RunDirectory& run);
 void refuse_own_source(const std::filesystem::path& folder, const PhotoSet& set, const ReconstructStage& stage);
 
 /// scene.json of a trained scene says what the source's says now, besides what the training made.  Keys for which that
-/// has not changed since stay as the user left them.
-void update_scene_file(RunDirectory& run, const PhotoSet& set);
+/// has not changed since stay as the user left them.  Photos and masks that the training did not change are named,
+/// there and in transforms.json, where the source (`cameras`, as read) has them now.
+void update_scene_file(RunDirectory& run, const PhotoSet& set, const CameraFile& cameras);
 
 }  // namespace pliant

@@ -203,71 +203,37 @@ std::string meaning(PoseConvention convention) {
   return {};
 }
 
-/// A sentence on how well the poses fit.  Throws when another reading fits clearly better, warns when none fits.
+/// A sentence on how well the poses fit.  Throws or warns when another reading fits clearly better, warns when none
+/// fits.
 std::string judged(const PoseCheckOptions& options, const std::string& where, const PoseEvidence& evidence,
                    const std::string& what, std::vector<std::string>& warnings) {
-  const PoseFit &given = evidence.fits.front(), &best = evidence.fits[static_cast<size_t>(evidence.best)];
+  const PoseFit &used = evidence.fits[static_cast<size_t>(options.chosen.value_or(PoseConvention::kAsGiven))],
+                &best = evidence.fits[static_cast<size_t>(evidence.best)];
   const std::string checked = std::to_string(evidence.checked) + " " + what;
   const std::string sentence =
-      "poses agree with " + percent(given.share) + " of " + checked + " (median error " + pixels(given.error) + ")";
-  if (clearly_better(best, given)) {
+      "poses agree with " + percent(used.share) + " of " + checked + " (median error " + pixels(used.error) + ")";
+  if (clearly_better(best, used)) {
     const std::string problem = "fits its photos as " + meaning(best.convention) + ", not as " +
-                                meaning(PoseConvention::kAsGiven) + ": of " + checked + " " + percent(best.share) +
-                                " agree (median error " + pixels(best.error) + ") instead of " + percent(given.share) +
-                                " (median error " + pixels(given.error) + ")";
-    if (options.refuse)
-      throw input_error(where, "", problem,
-                        std::string("add --pose-convention ") + name_of(best.convention) + ", or correct the file");
-    warnings.push_back(where + ": " + problem);
-  } else if (given.share < kFitting) {
-    warnings.push_back(where + ": " + sentence + ", and no other convention fits better (the best, " +
-                       name_of(best.convention) + ": " + percent(best.share) + ", " + pixels(best.error) +
-                       "); expect a blurred scene: photos and cameras may not belong together");
+                                meaning(used.convention) + ": of " + checked + " " + percent(best.share) +
+                                " agree (median error " + pixels(best.error) + ") instead of " + percent(used.share) +
+                                " (median error " + pixels(used.error) + ")";
+    const std::string option = "--pose-convention ", better = option + name_of(best.convention);
+    if (options.refuse) throw input_error(where, "", problem, "add " + better + ", or correct the file");
+    warnings.push_back(options.chosen ? option + name_of(*options.chosen) + " was given, but " + where + " " + problem +
+                                            "; give " + better + " instead"
+                                      : where + ": " + problem);
+  } else if (used.share < kFitting) {
+    const std::string others = best.convention == used.convention
+                                   ? ""
+                                   : std::string(" (the best, ") + name_of(best.convention) + ": " +
+                                         percent(best.share) + ", " + pixels(best.error) + ")";
+    warnings.push_back(where + ": " + sentence + ", and no other convention fits better" + others +
+                       "; expect a blurred scene: photos and cameras may not belong together");
   }
   return sentence;
 }
 
 }  // namespace
-
-const char* name_of(PoseConvention convention) {
-  constexpr const char* kNames[] = {"as-given", "inverse", "flipped", "inverse-flipped", "turned"};
-  return kNames[static_cast<int>(convention)];
-}
-
-std::optional<PoseConvention> pose_convention_named(const std::string& name) {
-  for (const PoseConvention convention : kPoseConventions) {
-    if (name == name_of(convention)) return convention;
-  }
-  return std::nullopt;
-}
-
-std::vector<Camera> apply_convention(PoseConvention convention, const std::string& format,
-                                     std::vector<Camera> cameras) {
-  const Eigen::DiagonalMatrix<double, 3> flip(1, -1, -1), turn(-1, -1, 1);
-  const auto turned_by = [](const Eigen::DiagonalMatrix<double, 3>& axes, Eigen::Isometry3d& pose) {
-    pose.linear() = (axes * pose.linear()).eval();
-    pose.translation() = (axes * pose.translation()).eval();
-  };
-  const bool inverse = convention == PoseConvention::kInverse || convention == PoseConvention::kInverseFlipped;
-  const bool flipped = convention == PoseConvention::kFlipped || convention == PoseConvention::kInverseFlipped;
-  // The reader of transforms.json has flipped the axes of what it took for cameras: to have the matrices as they are
-  // stored, that is undone first, and done again to what is the camera's side then.
-  const bool opengl = format == "transforms.json";
-  for (Camera& camera : cameras) {
-    Eigen::Isometry3d& pose = camera.cam_from_world;
-    if (inverse && opengl) turned_by(flip, pose);
-    if (inverse) pose = pose.inverse();
-    if (flipped != (inverse && opengl)) turned_by(flip, pose);
-    if (convention == PoseConvention::kTurned) {
-      turned_by(turn, pose);
-      camera.cx = camera.width - camera.cx;
-      camera.cy = camera.height - camera.cy;
-      camera.distortion[2] *= -1;
-      camera.distortion[3] *= -1;
-    }
-  }
-  return cameras;
-}
 
 PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, const TrainingPhotos& photos,
                        const SparsePoints& points) {
@@ -278,18 +244,20 @@ PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, 
   check_places(where, cameras, report);
   check_principal_points(where, cameras);
 
+  const PoseConvention used = options.chosen.value_or(PoseConvention::kAsGiven);
+  const std::vector<Camera> given = undo_convention(used, file.format, cameras);
   std::vector<std::string> sentences;
   const auto judge = [&](PoseEvidence& evidence, int checked, const std::string& what, const auto& fit) {
     evidence.checked = checked;
     if (checked < kFewestChecks) return;
     for (const PoseConvention convention : kPoseConventions) {
-      evidence.fits.push_back(fit(convention, apply_convention(convention, file.format, cameras)));
+      evidence.fits.push_back(
+          fit(convention, convention == used ? cameras : apply_convention(convention, file.format, given)));
     }
-    // The reading as given wins ties: some motions cannot tell readings apart, and then it does not matter.
-    evidence.best =
-        std::max_element(evidence.fits.begin(), evidence.fits.end(), [](const PoseFit& a, const PoseFit& b) {
-          return a.share < b.share;
-        })->convention;
+    // The reading that is used wins ties: some motions cannot tell readings apart, and then it does not matter.
+    evidence.best = used;
+    for (const PoseFit& other : evidence.fits)
+      if (other.share > evidence.fits[static_cast<size_t>(evidence.best)].share) evidence.best = other.convention;
     sentences.push_back(judged(options, where, evidence, what, report.warnings));
   };
   judge(report.points, static_cast<int>(points.observations.size()), "observations of points",
@@ -301,7 +269,7 @@ PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, 
         [&](PoseConvention convention, const std::vector<Camera>& read) {
           return fit_to_matches(options, convention, read, matches);
         });
-  if (!report.matches.fits.empty() && report.matches.best == PoseConvention::kAsGiven)
+  if (!report.matches.fits.empty() && report.matches.best == used)
     warn_of_near_plane(where, cameras, matches, report.warnings);
   if (sentences.empty()) {
     sentences.push_back("poses could not be checked: neighboring photos share only " + std::to_string(matches.size()) +

@@ -28,6 +28,8 @@ std::optional<PoseConvention> pose_convention_named(const std::string& name);
 
 /// The cameras of a file of `format` (CameraFile::format) read in another way.
 std::vector<Camera> apply_convention(PoseConvention convention, const std::string& format, std::vector<Camera> cameras);
+/// The cameras as given, from what apply_convention made of them.
+std::vector<Camera> undo_convention(PoseConvention convention, const std::string& format, std::vector<Camera> cameras);
 
 /// How well one reading agrees with the photos.
 struct PoseFit {
@@ -38,9 +40,9 @@ struct PoseFit {
 
 /// The readings compared by one kind of evidence.
 struct PoseEvidence {
-  std::vector<PoseFit> fits;  ///< of every convention, as given first; empty when there is too little evidence
-  PoseConvention best = PoseConvention::kAsGiven;
-  int checked = 0;  ///< observations or matches
+  std::vector<PoseFit> fits;  ///< of every convention, in their order; empty when there is too little evidence
+  PoseConvention best = PoseConvention::kAsGiven;  ///< the one that is used, where none fits better
+  int checked = 0;                                 ///< observations or matches
 };
 
 struct PoseReport {
@@ -55,13 +57,15 @@ struct PoseCheckOptions {
   int features = 1500;   ///< per photo
   bool refuse = true;    ///< another reading that fits clearly better is an error, else a warning
   double agreement = 3;  ///< px within which a match agrees, for photos of 1000 px, others in proportion
+  /// Of --pose-convention: how the cameras have been read with apply_convention; none = as given, by nobody's choice.
+  std::optional<PoseConvention> chosen = {};
 };
 
 /// Looks whether poses, photos and points belong together.  `points.observations` (may be empty) refer to the cameras
 /// of `photos`; features of neighbouring photos are matched besides, because points say nothing about pixels.  Throws
 /// Error{kInput} when all cameras are at one point, when coordinates are too large for their spread, and
-/// (options.refuse) when another reading fits clearly better; warns when the scene is so small that the renderer's near
-/// plane would cut it.
+/// (options.refuse) when another reading than the one that is used fits clearly better, else warns of it; warns when
+/// the scene is so small that the renderer's near plane would cut it.
 PoseReport check_poses(const PoseCheckOptions& options, const CameraFile& file, const TrainingPhotos& photos,
                        const SparsePoints& points);
 

@@ -27,7 +27,7 @@ struct TrainOptions {
   bool exposure = false;          ///< train an affine colour map for each photo
   bool changing_backdrop = true;  ///< photos with alpha are put on another colour each time, so that nothing in the
                                   ///< scene can stand in for it
-  PhotometricOptions loss;
+  PhotometricOptions loss = {.zero_weight = ZeroWeight::kUnknown};
   RenderOptions render;
   uint64_t seed = 1;
 

@@ -75,7 +75,8 @@ class Trainer {
   int longest_side_ = 0;
 };
 
-/// The photo and its weights (empty = all count) at 1 / 2^level of their size, area averages; `camera` follows.
+/// The photo and its weights (empty = all count) at 1 / 2^level of their size, area averages, of colours those of the
+/// pixels that count; `camera` follows.
 void photo_at_level(const TrainingPhoto& photo, int level, Camera& camera, ImageF& pixels, ImageF& weight);
 
 /// Puts a photo with alpha, `pixels` [H, W, 3] as photo_at_level made them, on the colour `to` instead of `from`.
@@ -88,7 +89,8 @@ struct PhotoQuality {
   double corrected_psnr = 0;  ///< after the affine colour map that fits the photo best: without its exposure
 };
 /// PSNR and SSIM (windows inside the image) of the held-out photos at full size, clamped to [0, 1]; pixels that do not
-/// count are left out.  Of more than `most` photos so many, evenly spread over their order; 0 = all.
+/// count are left out, of the windows around others too.  Of more than `most` photos so many, evenly spread over their
+/// order; 0 = all.
 std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const TrainingPhotos& photos,
                                            const RenderOptions& options, size_t most = 0);
 

@@ -9,19 +9,43 @@
 namespace pliant {
 namespace {
 
-/// Bytes as numbers in [0, 1], area-averaged to the given size.
-ImageF averaged(const ImageU8& image, int width, int height) {
+cv::Mat mat_of(const ImageF& image) {
+  return cv::Mat(image.height, image.width, CV_32FC(image.channels), const_cast<float*>(image.data.data()));
+}
+
+/// Bytes as numbers in [0, 1].
+ImageF numbers_of(const ImageU8& image) {
   const cv::Mat from(image.height, image.width, CV_8UC(image.channels), const_cast<uint8_t*>(image.data.data()));
-  ImageF out(width, height, image.channels);
-  cv::Mat to(height, width, CV_32FC(image.channels), out.data.data());
-  if (width == image.width && height == image.height) {
-    from.convertTo(to, CV_32F, 1.0 / 255);
-  } else {
-    cv::Mat exact;
-    from.convertTo(exact, CV_32F, 1.0 / 255);
-    cv::resize(exact, to, to.size(), 0, 0, cv::INTER_AREA);
-  }
+  ImageF out(image.width, image.height, image.channels);
+  cv::Mat to = mat_of(out);
+  from.convertTo(to, CV_32F, 1.0 / 255);
   CHECK(to.data == reinterpret_cast<uchar*>(out.data.data()));
+  return out;
+}
+
+ImageF area_average(ImageF image, int width, int height) {
+  if (width == image.width && height == image.height) return image;
+  ImageF out(width, height, image.channels);
+  cv::Mat to = mat_of(out);
+  cv::resize(mat_of(image), to, to.size(), 0, 0, cv::INTER_AREA);
+  CHECK(to.data == reinterpret_cast<uchar*>(out.data.data()));
+  return out;
+}
+
+/// Bytes as numbers in [0, 1], area-averaged to the given size as far as pixels count by `weight` (empty = all do); 0
+/// where none does.
+ImageF averaged(const ImageU8& image, const ImageU8& weight, int width, int height) {
+  ImageF all = numbers_of(image);
+  if (weight.empty() || (width == image.width && height == image.height))
+    return area_average(std::move(all), width, height);
+  const ImageF counts = numbers_of(weight);
+  for (size_t i = 0; i < all.data.size(); ++i) all.data[i] *= counts.data[i / image.channels];
+  ImageF out = area_average(std::move(all), width, height);
+  const ImageF share = area_average(counts, width, height);
+  for (size_t i = 0; i < out.data.size(); ++i) {
+    const float counted = share.data[i / image.channels];
+    out.data[i] = counted > 0 ? out.data[i] / counted : 0;
+  }
   return out;
 }
 
@@ -29,12 +53,12 @@ ImageF averaged(const ImageU8& image, int width, int height) {
 
 void photo_at_level(const TrainingPhoto& photo, int level, Camera& camera, ImageF& pixels, ImageF& weight) {
   camera = level == 0 ? photo.camera : photo.camera.scaled(1.0 / (1 << level));
-  pixels = averaged(photo.pixels, camera.width, camera.height);
-  weight = photo.weight.empty() ? ImageF() : averaged(photo.weight, camera.width, camera.height);
+  pixels = averaged(photo.pixels, photo.weight, camera.width, camera.height);
+  weight = photo.weight.empty() ? ImageF() : averaged(photo.weight, {}, camera.width, camera.height);
 }
 
 void change_backdrop(const TrainingPhoto& photo, const Vec3f& from, const Vec3f& to, ImageF& pixels) {
-  const ImageF alpha = averaged(photo.alpha, pixels.width, pixels.height);
+  const ImageF alpha = averaged(photo.alpha, photo.weight, pixels.width, pixels.height);
   for (size_t i = 0; i < alpha.data.size(); ++i)
     for (int c = 0; c < 3; ++c) pixels.data[3 * i + c] += (1 - alpha.data[i]) * (to[c] - from[c]);
 }
@@ -55,7 +79,7 @@ std::vector<PhotoQuality> held_out_quality(const GaussianCloud& cloud, const Tra
     for (float& value : picture.data) value = std::clamp(value, 0.0f, 1.0f);
     const ImageF corrected = expose(picture, fit_exposure(picture, target, weight).data());
     quality.push_back({camera.name, psnr_of_mse(mse_loss(picture, target, weight)),
-                       ssim(picture, target, weight, SsimWindows::kInside),
+                       ssim(picture, target, weight, SsimWindows::kInside, ZeroWeight::kUnknown),
                        psnr_of_mse(mse_loss(corrected, target, weight))});
   }
   return quality;

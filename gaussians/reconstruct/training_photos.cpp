@@ -189,7 +189,8 @@ void say_each(const std::vector<Loaded>& loaded, std::string Loaded::*what, cons
   if (count > kMostNamed) warnings.push_back("and " + std::to_string(count - kMostNamed) + " photos more like this");
 }
 
-void check_enough(const std::string& where, const std::string& lost, const TrainingPhotos& result) {
+void check_enough(const PhotoOptions& options, const std::string& where, const std::string& lost,
+                  const TrainingPhotos& result) {
   const auto usable = result.photos.size();
   const auto held_out = static_cast<size_t>(
       std::count_if(result.photos.begin(), result.photos.end(), [](const TrainingPhoto& p) { return p.held_out; }));
@@ -205,7 +206,7 @@ void check_enough(const std::string& where, const std::string& lost, const Train
             " photos from different places (with fewer, depth and hidden parts stay unknown), better 30 or more");
   }
   if (held_out == usable) {
-    throw usage_error("--hold-out-every", "",
+    throw usage_error("--hold-out-every", std::to_string(options.hold_out_every),
                       "leaves no photo to train on: all " + std::to_string(usable) + " are held out",
                       "give 8, or 0 for none");
   }
@@ -251,7 +252,8 @@ TrainingPhotos load_training_photos(const PhotoOptions& options, const CameraFil
     result.photos.push_back(std::move(*l.photo));
   }
   check_enough(
-      where, lost > 0 ? "; " + share + (result.warnings.empty() ? "" : ", the first: " + result.warnings.front()) : "",
+      options, where,
+      lost > 0 ? "; " + share + (result.warnings.empty() ? "" : ", the first: " + result.warnings.front()) : "",
       result);
   return result;
 }

@@ -28,17 +28,25 @@ double psnr_of_mse(double mse);
 /// or only those that lie inside the image, which must be at least 11 x 11 (Wang et al. 2004).
 enum class SsimWindows { kEveryPixel, kInside };
 
+/// What a pixel of weight 0 is to the windows of SSIM around other pixels.
+enum class ZeroWeight {
+  kUncounted,  ///< one like any other: only the window around it does not count
+  kUnknown     ///< nothing: the means of a window are those of its other pixels, and the pixel's derivative is 0
+};
+
 /// Structural similarity (Wang et al. 2004, eq. 13): Gaussian window 11 x 11, sigma 1.5, C1 = 0.01^2, C2 = 0.03^2,
 /// mean over windows and channels.  D-SSIM is 1 - SSIM.
 template <class T>
 double ssim(const Image<T>& a, const Image<T>& b, const Image<T>& weight = {},
-            SsimWindows windows = SsimWindows::kEveryPixel);
+            SsimWindows windows = SsimWindows::kEveryPixel, ZeroWeight zero = ZeroWeight::kUncounted);
+/// With ZeroWeight::kUncounted.
 template <class T>
 void ssim_adjoint(const Image<T>& a, const Image<T>& b, const Image<T>& weight, SsimWindows windows, double adj_ssim,
                   Image<T>& adj_a);
 
 struct PhotometricOptions {
   double weight_l1 = 0.8, weight_dssim = 0.2;  ///< of the reference 3DGS code
+  ZeroWeight zero_weight = ZeroWeight::kUncounted;
 };
 
 struct PhotometricLoss {

@@ -59,14 +59,14 @@ inline __attribute__((always_inline)) T row_mean(const T* in, std::ptrdiff_t i, 
          T(kWeight[4]) * (in[i - 4 * c] + in[i + 4 * c]) + T(kWeight[5]) * (in[i - 5 * c] + in[i + 5 * c]);
 }
 
-/// dissimilarity[i] = weight[i] (1 - SSIM) from padded column moments.
+/// dissimilarity[i] = weight[i] (1 - SSIM) from padded column moments.  Means are multiplied by scale[i].
 template <class T>
-inline __attribute__((always_inline)) void dissimilarity(const Moments<T>& in, const T* weight, std::ptrdiff_t n,
-                                                         std::ptrdiff_t c, T* out) {
+inline __attribute__((always_inline)) void dissimilarity(const Moments<T>& in, const T* weight, const T* scale,
+                                                         std::ptrdiff_t n, std::ptrdiff_t c, T* out) {
 #pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const T x = row_mean(in.x, i, c), y = row_mean(in.y, i, c);
-    const T squares = row_mean(in.squares, i, c), product = row_mean(in.product, i, c);
+    const T x = scale[i] * row_mean(in.x, i, c), y = scale[i] * row_mean(in.y, i, c);
+    const T squares = scale[i] * row_mean(in.squares, i, c), product = scale[i] * row_mean(in.product, i, c);
     const T xy = x * y, xx_yy = x * x + y * y;
     const T a1 = 2 * xy + T(kC1), a2 = 2 * (product - xy) + T(kC2);
     const T b1 = xx_yy + T(kC1), b2 = (squares - xx_yy) + T(kC2);
@@ -74,21 +74,21 @@ inline __attribute__((always_inline)) void dissimilarity(const Moments<T>& in, c
   }
 }
 
-/// The same, and the derivatives of weight[i] SSIM with respect to the three means that depend on x; `adj.y` is unused.
-/// They are written to padded rows.
+/// The same, and the derivatives of weight[i] SSIM with respect to the three unscaled means that depend on x; `adj.y`
+/// is unused.  They are written to padded rows.
 template <class T>
-inline __attribute__((always_inline)) void dissimilarity_adjoint(const Moments<T>& in, const T* weight,
+inline __attribute__((always_inline)) void dissimilarity_adjoint(const Moments<T>& in, const T* weight, const T* scale,
                                                                  std::ptrdiff_t n, std::ptrdiff_t c, T* out,
                                                                  const Moments<T>& adj) {
 #pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const T x = row_mean(in.x, i, c), y = row_mean(in.y, i, c);
-    const T squares = row_mean(in.squares, i, c), product = row_mean(in.product, i, c);
+    const T x = scale[i] * row_mean(in.x, i, c), y = scale[i] * row_mean(in.y, i, c);
+    const T squares = scale[i] * row_mean(in.squares, i, c), product = scale[i] * row_mean(in.product, i, c);
     const T xy = x * y, xx_yy = x * x + y * y;
     const T a1 = 2 * xy + T(kC1), a2 = 2 * (product - xy) + T(kC2);
     const T b1 = xx_yy + T(kC1), b2 = (squares - xx_yy) + T(kC2);
-    const T w = weight[i], inverse = 1 / (b1 * b2), s = (a1 * a2) / (b1 * b2);
-    out[i] = w * (1 - s);
+    const T w = weight[i] * scale[i], inverse = 1 / (b1 * b2), s = (a1 * a2) / (b1 * b2);
+    out[i] = weight[i] * (1 - s);
     adj.x[i] = w * (2 * inverse) * (y * (a2 - a1) - s * x * (b2 - b1));
     adj.squares[i] = -w * s * (b1 * inverse);
     adj.product[i] = w * (2 * inverse) * a1;

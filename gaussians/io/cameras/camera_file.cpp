@@ -155,6 +155,8 @@ CameraFile CameraCollector::finish(const std::string& format, bool sizes_are_of_
   result_.format = format;
   result_.files = {file_};
   give_each_photo_to_one_frame();
+  for (size_t i = 0; i < names_.size() && result_.missing_photo.empty(); ++i)
+    if (result_.cameras[i].photo.empty()) result_.missing_photo = names_[i];
   if (fit_ != PhotoFit::kView) keep_frames_with_photos();
   make_names_unique();
   if (fit_ != PhotoFit::kEachPhoto) {
@@ -200,7 +202,8 @@ void CameraCollector::keep_frames_with_photos() {
   if (missing == 0) return;
   if (result_.photos_found == 0) {
     result_.warnings.push_back(file_.string() + ": none of the " + std::to_string(missing) +
-                               " photos exists; the cameras are used without photos");
+                               " photos exists, the first is '" + result_.missing_photo +
+                               "'; the cameras are used without photos");
     return;
   }
   std::vector<Camera> cameras;
@@ -213,7 +216,8 @@ void CameraCollector::keep_frames_with_photos() {
   result_.cameras = std::move(cameras);
   names_ = std::move(names);
   result_.warnings.push_back(file_.string() + ": " + std::to_string(missing) + " of " + std::to_string(result_.frames) +
-                             " frames name photos that do not exist; they are ignored");
+                             " frames name photos that do not exist, the first is '" + result_.missing_photo +
+                             "'; they are ignored");
 }
 
 /// Cameras are found by name, so equal names (train/r_0, test/r_0) take their folders into the name, and without

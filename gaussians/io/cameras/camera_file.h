@@ -14,6 +14,7 @@ struct CameraFile {
   std::string format;                        ///< for example "COLMAP binary"
   int frames = 0;                            ///< listed in the file
   int photos_found = 0;                      ///< of them on disk
+  std::string missing_photo;                 ///< as the first frame names it that has none; empty = none is missing
   std::vector<std::filesystem::path> files;  ///< every camera file that was read
   std::vector<std::string> warnings;
 };

@@ -186,6 +186,16 @@ TEST_F(Reconstruct, UpIsThatOfPhotosThatWereHeldSideways) {
   EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5);
   ASSERT_EQ(train(), 0);
   EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5) << "after a skipped training";
+  // The source may say another one for a while.
+  for (const bool trained_anew : {true, false}) {
+    if (trained_anew) fs::remove_all(out);
+    write_json(folder / "set/scene.json", {{"cameras", "transforms.json"}, {"up", {1, 0, 0}}});
+    ASSERT_EQ(train(), 0);
+    EXPECT_EQ(load_scene(out).up, Vec3d::UnitX());
+    write_json(folder / "set/scene.json", {{"cameras", "transforms.json"}});
+    ASSERT_EQ(train(), 0);
+    EXPECT_LT((load_scene(out).up - Vec3d::UnitZ()).norm(), 1e-5) << trained_anew;
+  }
 }
 
 TEST_F(Reconstruct, ThePlySaysWhetherZIsUp) {

@@ -71,6 +71,20 @@ TEST(PoseConvention, AppliedToMisreadCamerasGivesTheTrueOnes) {
   }
 }
 
+TEST(PoseConvention, UndoneGivesTheCamerasAsGiven) {
+  const std::vector<Camera> given = arc_of_cameras(3);
+  for (const PoseConvention convention : kPoseConventions) {
+    for (const char* format : {"transforms.json", "COLMAP text"}) {
+      const auto cameras = undo_convention(convention, format, apply_convention(convention, format, given));
+      for (size_t i = 0; i < given.size(); ++i) {
+        EXPECT_TRUE(cameras[i].cam_from_world.isApprox(given[i].cam_from_world, 1e-9)) << name_of(convention) << format;
+        EXPECT_DOUBLE_EQ(cameras[i].cx, given[i].cx);
+        EXPECT_DOUBLE_EQ(cameras[i].cy, given[i].cy);
+      }
+    }
+  }
+}
+
 TEST(PoseConvention, TurnedCamerasSeePointsOnTheTurnedPhoto) {
   Camera camera = arc_of_cameras(1)[0];
   camera.distortion = {0.1, -0.05, 0.01, -0.02, 0, 0};
@@ -209,6 +223,29 @@ TEST(CheckPoses, WarnOfAnotherReadingWhenTheUserHasChosen) {
   EXPECT_EQ(report.points.best, PoseConvention::kFlipped);
   ASSERT_EQ(report.warnings.size(), 1u);
   EXPECT_NE(report.warnings[0].find("axes are flipped"), std::string::npos);
+}
+
+TEST(CheckPoses, JudgeTheReadingThatWasChosenAgainstAllOthers) {
+  const std::vector<Camera> truth = arc_of_cameras(6);
+  for (const char* format : {"transforms.json", "COLMAP text"}) {
+    const std::vector<Camera> stored =
+        misread(PoseConvention::kFlipped, format == std::string("transforms.json"), truth);
+    for (const PoseConvention chosen : kPoseConventions) {
+      SCOPED_TRACE(std::string(name_of(chosen)) + " " + format);
+      const std::vector<Camera> read = apply_convention(chosen, format, stored);
+      const PoseReport report =
+          check_poses({.refuse = false, .chosen = chosen}, camera_file(read, format),
+                      with_cameras({std::vector<TrainingPhoto>(6), false, {}}, read), observed_points(truth));
+      EXPECT_EQ(report.points.best, PoseConvention::kFlipped);
+      EXPECT_EQ(report.points.fits[static_cast<size_t>(chosen)].share > 0.9, chosen == PoseConvention::kFlipped);
+      ASSERT_EQ(report.warnings.size(), chosen == PoseConvention::kFlipped ? 0u : 1u);
+      if (report.warnings.empty()) continue;
+      const std::string& said = report.warnings[0];
+      EXPECT_NE(said.find(std::string("--pose-convention ") + name_of(chosen) + " was given"), std::string::npos)
+          << said;
+      EXPECT_NE(said.find("give --pose-convention flipped instead"), std::string::npos) << said;
+    }
+  }
 }
 
 TEST(CheckPoses, WarnOfScenesInsideTheNearPlane) {

@@ -340,7 +340,7 @@ TEST(TrainingPhotos, SomeAreLeftToTrainOn) {
   const CameraFile file = three_of(folder, camera, encoded(".png", photo_of_pattern(camera)), ".png");
   PhotoOptions options;
   options.hold_out_every = 1;
-  expect_error(Failure::kUsage, {"--hold-out-every", "all 3"}, [&] { load_training_photos(options, file); });
+  expect_error(Failure::kUsage, {"--hold-out-every: 1", "all 3"}, [&] { load_training_photos(options, file); });
   options.hold_out_every = 0;
   for (const TrainingPhoto& photo : load_training_photos(options, file).photos) EXPECT_FALSE(photo.held_out);
 }

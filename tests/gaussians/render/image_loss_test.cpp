@@ -23,19 +23,31 @@ Image<T> noise(int width, int height, int channels, uint64_t seed, double low = 
   return image;
 }
 
-// SSIM by the definition, window by window; every = the image goes on with zeros.
-double direct_ssim(const ImageD& a, const ImageD& b, const ImageD& weight, bool every) {
+/// Weights of which some, never the first, are 0.
+ImageD weight_with_holes(int width, int height) {
+  ImageD weight = noise<double>(width, height, 1, 20, 0.1, 1);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if ((3 * x + 5 * y) % 7 == 3 || (x > 4 && y > 6)) weight(x, y) = 0;
+  return weight;
+}
+
+// SSIM by the definition, window by window; every = the image goes on with zeros; unknown = windows leave out weight 0.
+double direct_ssim(const ImageD& a, const ImageD& b, const ImageD& weight, bool every, bool unknown = false) {
   double sum = 0, total = 0;
   for (int c = 0; c < a.channels; ++c) {
     for (int y = 0; y < a.height; ++y) {
       for (int x = 0; x < a.width; ++x) {
         if (!every && (x < 5 || y < 5 || x + 5 >= a.width || y + 5 >= a.height)) continue;
+        if (unknown && weight(x, y) == 0) continue;
         double norm = 0, ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
         for (int dy = -5; dy <= 5; ++dy) {
           for (int dx = -5; dx <= 5; ++dx) {
             const double w = std::exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5));
+            const bool inside = x + dx >= 0 && y + dy >= 0 && x + dx < a.width && y + dy < a.height;
+            if (unknown && inside && weight(x + dx, y + dy) == 0) continue;
             norm += w;
-            if (x + dx < 0 || y + dy < 0 || x + dx >= a.width || y + dy >= a.height) continue;
+            if (!inside) continue;
             const double p = a(x + dx, y + dy, c), q = b(x + dx, y + dy, c);
             ma += w * p;
             mb += w * q;
@@ -70,6 +82,34 @@ TEST(Ssim, AgreesWithTheDefinitionForAllSizesChannelsAndWeights) {
     EXPECT_NEAR(ssim(a, b, {}, SsimWindows::kInside), direct_ssim(a, b, {}, false), 1e-13);
     EXPECT_NEAR(ssim(a, b, weight, SsimWindows::kInside), direct_ssim(a, b, weight, false), 1e-13);
   }
+}
+
+TEST(Ssim, UnknownPixelsAreInNoWindow) {
+  const int sizes[][3] = {{23, 17, 3}, {4, 7, 3}, {64, 1, 2}, {1, 20, 3}, {33, 120, 1}, {12, 12, 4}};
+  for (const auto& [width, height, channels] : sizes) {
+    const ImageD a = noise<double>(width, height, channels, 1), b = noise<double>(width, height, channels, 2),
+                 weight = weight_with_holes(width, height), full = noise<double>(width, height, 1, 3, 0.1, 1);
+    EXPECT_NEAR(ssim(a, b, weight, SsimWindows::kEveryPixel, ZeroWeight::kUnknown),
+                direct_ssim(a, b, weight, true, true), 1e-12);
+    EXPECT_EQ(ssim(a, b, full, SsimWindows::kEveryPixel, ZeroWeight::kUnknown), ssim(a, b, full)) << "without any";
+    if (width < 11 || height < 11) continue;
+    EXPECT_NEAR(ssim(a, b, weight, SsimWindows::kInside, ZeroWeight::kUnknown), direct_ssim(a, b, weight, false, true),
+                1e-12);
+  }
+}
+
+TEST(ImageLoss, OfUnknownPixelsNothingIsLearned) {
+  const ImageF a = noise<float>(30, 61, 3, 21), b = noise<float>(30, 61, 3, 22);
+  ImageF spoilt = b, weight(30, 61, 1), adj, adj_spoilt;
+  const ImageD holes = weight_with_holes(30, 61);
+  std::copy(holes.data.begin(), holes.data.end(), weight.data.begin());
+  for (size_t i = 0; i < spoilt.data.size(); ++i)
+    if (weight.data[i / 3] == 0) spoilt.data[i] = 7;
+  const PhotometricOptions options{.zero_weight = ZeroWeight::kUnknown};
+  const PhotometricLoss loss = photometric_loss_adjoint(options, a, b, weight, 1, adj);
+  EXPECT_EQ(loss.total, photometric_loss_adjoint(options, a, spoilt, weight, 1, adj_spoilt).total);
+  EXPECT_EQ(adj.data, adj_spoilt.data);
+  for (size_t i = 0; i < adj.data.size(); ++i) EXPECT_EQ(adj.data[i] == 0, weight.data[i / 3] == 0) << i;
 }
 
 TEST(Ssim, OfAnImageWithItselfIsExactlyOne) {
@@ -196,6 +236,12 @@ TEST_P(LossAdjoint, AgreesWithDifferences) {
   worst = std::max(worst, check([&](const ImageD& a) { return photometric_loss({}, a, b, weight).total; },
                                 [&](const ImageD& a, double y, ImageD& adj) {
                                   photometric_loss_adjoint({}, a, b, weight, y, adj);
+                                }));
+  const PhotometricOptions unknown{.zero_weight = ZeroWeight::kUnknown};
+  const ImageD holes = weight_with_holes(width, height);
+  worst = std::max(worst, check([&](const ImageD& a) { return photometric_loss(unknown, a, b, holes).total; },
+                                [&](const ImageD& a, double y, ImageD& adj) {
+                                  photometric_loss_adjoint(unknown, a, b, holes, y, adj);
                                 }));
   if (width >= 11 && height >= 11) {
     worst = std::max(worst, check([&](const ImageD& a) { return ssim(a, b, weight, SsimWindows::kInside); },
