@@ -16,7 +16,9 @@ constexpr double kRoundTrip = 0.5;  // px off, at which a flow counts exp(-1/2)
 bool weighs_each(const SeenFrames<float>& seen) { return seen.weight.size() > 1; }
 
 SeenFrames<float> on_rollout(const SeenFrames<float>& seen, const ClipFrames& frames) {
-  SeenFrames<float> out{seen.camera, {}, {}};
+  SeenFrames<float> out;
+  out.camera = seen.camera;
+  out.frame = seen.frame;
   out.frames.resize(frames.count());
   out.weight = seen.weight;
   if (weighs_each(seen)) out.weight.assign(frames.count(), {});
@@ -64,7 +66,9 @@ SeenFrames<float> cut_to_weight(const Camera& camera, std::span<const ImageF> fr
   x1 = std::min(width, x1 + kBorder);
   y1 = std::min(height, y1 + kBorder);
   SeenFrames<float> out;
-  out.camera = cropped(camera, x0, y0, x1 - x0, y1 - y0);
+  const PicturePart part = cropped(camera, x0, y0, x1 - x0, y1 - y0);
+  out.camera = part.camera;
+  out.frame = part.frame;
   for (const ImageF& w : weight) out.weight.push_back(cut(w, x0, y0, x1 - x0, y1 - y0));
   for (size_t f = 0; f < frames.size(); ++f)
     out.frames.push_back(counts(weight[weight.size() == 1 ? 0 : f]) ? cut(frames[f], x0, y0, x1 - x0, y1 - y0)
@@ -82,6 +86,7 @@ SeenFlow<float> flow_of_clip(const SeenFrames<float>& seen, const ClipFrames& fr
   std::vector<ImageF> flows = dense_flows(seen.frames, pairs);
   SeenFlow<float> out;
   out.camera = seen.camera;
+  out.frame = seen.frame;
   for (size_t k = 0; k < flows.size(); k += 2) {
     const int f = pairs[k].first;
     const ImageF& back = flows[k + 1];

@@ -49,41 +49,36 @@ void DrawnObject<T>::at_adjoint(const BasicSimulationState<T>& state, std::span<
 }
 
 template <class T, bool kCutOffs>
-Image<T> picture_of(const DrawnObject<T>& object, const Camera& camera, const BasicSimulationState<T>& state) {
-  return render_as<T, kCutOffs>(object.at(state), camera, object.render).color;
+Image<T> picture_of(const DrawnObject<T>& object, const Camera& camera, const BasicSimulationState<T>& state,
+                    const std::optional<PictureFrame>& frame) {
+  return render_as<T, kCutOffs>(object.at(state), camera, object.render.within(frame)).color;
 }
 
 template <class T, bool kCutOffs>
 void picture_adjoint(const DrawnObject<T>& object, const Camera& camera, const BasicSimulationState<T>& state,
-                     const std::function<Image<T>(const Image<T>&)>& adj_of, StateGradient<T>& gradient) {
+                     const std::function<Image<T>(const Image<T>&)>& adj_of, StateGradient<T>& gradient,
+                     const std::optional<PictureFrame>& frame) {
   const CloudOf<T> all = object.at(state);
+  const RenderOptions options = object.render.within(frame);
   RenderTape<T> tape;
-  const Rendered<T> picture = render_as<T, kCutOffs>(all, camera, object.render, {}, 0, &tape);
+  const Rendered<T> picture = render_as<T, kCutOffs>(all, camera, options, {}, 0, &tape);
   Rendered<T> adj;
   adj.color = adj_of(picture.color);
   GradientExtras extras;
   extras.covariance = true;
-  const RenderGradient<T> by =
-      render_adjoint_as<T, kCutOffs>(all, camera, object.render, {}, 0, picture, adj, &tape, extras);
+  const RenderGradient<T> by = render_adjoint_as<T, kCutOffs>(all, camera, options, {}, 0, picture, adj, &tape, extras);
   object.at_adjoint(state, by.cloud.position, by.covariance, by.cloud.sh, gradient);
-}
-
-Camera cropped(const Camera& camera, int x, int y, int width, int height) {
-  Camera part = camera;
-  part.cx -= x;
-  part.cy -= y;
-  part.width = width;
-  part.height = height;
-  return part;
 }
 
 template struct DrawnObject<float>;
 template struct DrawnObject<double>;
 
 #define PLIANT_INSTANTIATE(T, kCutOffs)                                                                            \
-  template Image<T> picture_of<T, kCutOffs>(const DrawnObject<T>&, const Camera&, const BasicSimulationState<T>&); \
+  template Image<T> picture_of<T, kCutOffs>(const DrawnObject<T>&, const Camera&, const BasicSimulationState<T>&,  \
+                                            const std::optional<PictureFrame>&);                                   \
   template void picture_adjoint<T, kCutOffs>(const DrawnObject<T>&, const Camera&, const BasicSimulationState<T>&, \
-                                             const std::function<Image<T>(const Image<T>&)>&, StateGradient<T>&);
+                                             const std::function<Image<T>(const Image<T>&)>&, StateGradient<T>&,   \
+                                             const std::optional<PictureFrame>&);
 PLIANT_INSTANTIATE(float, true)
 PLIANT_INSTANTIATE(double, true)
 PLIANT_INSTANTIATE(double, false)

@@ -27,17 +27,16 @@ struct DrawnObject {
                   std::span<const Mat3<T>> adj_covariance, std::span<const T> adj_sh, StateGradient<T>& gradient) const;
 };
 
-/// Colours [H, W, 3] that a camera sees of a state.
+/// Colours [H, W, 3] that a camera sees of a state; `frame`: the whole picture, if it draws a part of one.
 template <class T, bool kCutOffs = true>
-Image<T> picture_of(const DrawnObject<T>& object, const Camera& camera, const BasicSimulationState<T>& state);
+Image<T> picture_of(const DrawnObject<T>& object, const Camera& camera, const BasicSimulationState<T>& state,
+                    const std::optional<PictureFrame>& frame = {});
 
 /// Adds to `gradient` what follows from dL/dcolours, which `adj_of` makes from the colours.
 template <class T, bool kCutOffs = true>
 void picture_adjoint(const DrawnObject<T>& object, const Camera& camera, const BasicSimulationState<T>& state,
-                     const std::function<Image<T>(const Image<T>&)>& adj_of, StateGradient<T>& gradient);
-
-/// The part of a camera's picture that begins at pixel (x, y).
-Camera cropped(const Camera& camera, int x, int y, int width, int height);
+                     const std::function<Image<T>(const Image<T>&)>& adj_of, StateGradient<T>& gradient,
+                     const std::optional<PictureFrame>& frame = {});
 
 extern template struct DrawnObject<float>;
 extern template struct DrawnObject<double>;

@@ -50,9 +50,10 @@ double FlowLoss<T, kCutOffs>::of_pair(const typename SeenFlow<T>::Pair& pair,
   const CloudOf<T> all = object_->at(from), later = object_->at(to);
   const size_t first = object_->background.size();
   const std::vector<T> way = ways<T>(seen_.camera, all.position, later.position, first);
+  const RenderOptions options = object_->render.within(seen_.frame);
   RenderTape<T> tape;
   const Rendered<T> picture =
-      render_as<T, kCutOffs>(all, seen_.camera, object_->render, way, 2, gradient.empty() ? nullptr : &tape);
+      render_as<T, kCutOffs>(all, seen_.camera, options, way, 2, gradient.empty() ? nullptr : &tape);
 
   double loss = 0;
   const double d2 = outlier_ * outlier_;
@@ -74,7 +75,7 @@ double FlowLoss<T, kCutOffs>::of_pair(const typename SeenFlow<T>::Pair& pair,
   GradientExtras extras;
   extras.covariance = true;
   RenderGradient<T> by =
-      render_adjoint_as<T, kCutOffs>(all, seen_.camera, object_->render, way, 2, picture, adj, &tape, extras);
+      render_adjoint_as<T, kCutOffs>(all, seen_.camera, options, way, 2, picture, adj, &tape, extras);
   std::vector<Vec3<T>> by_later(all.size(), Vec3<T>::Zero());
   for (size_t g = first; g < all.size(); ++g) {
     if (!in_front(seen_.camera, all.position[g], later.position[g])) continue;

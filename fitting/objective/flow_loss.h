@@ -17,6 +17,7 @@ struct SeenFlow {
   };
   Camera camera;
   std::vector<Pair> pairs;
+  std::optional<PictureFrame> frame = {};  ///< the whole picture, where the camera draws a part of one
 };
 
 /// Mean over pairs and pixels of weight * rho(|seen - drawn|^2), rho as of TrackLoss with d = `outlier` px.  Drawn

@@ -24,7 +24,7 @@ const Image<T>& PictureLoss<T, kCutOffs>::weight(int frame) const {
 template <class T, bool kCutOffs>
 double PictureLoss<T, kCutOffs>::value(int frame, const BasicSimulationState<T>& state) const {
   if (!seen(frame)) return 0;
-  const Image<T> picture = picture_of<T, kCutOffs>(*object_, seen_.camera, state);
+  const Image<T> picture = picture_of<T, kCutOffs>(*object_, seen_.camera, state, seen_.frame);
   const Image<T>& target = seen_.frames[frame];
   double loss = photometric_loss(options_.photometric, picture, target, weight(frame)).total;
   if (options_.weight_mse > 0) loss += options_.weight_mse * mse_loss(picture, target, weight(frame));
@@ -52,7 +52,7 @@ double PictureLoss<T, kCutOffs>::value_adjoint(int frame, const BasicSimulationS
         }
         return adj;
       },
-      gradient);
+      gradient, seen_.frame);
   return loss / compared_;
 }
 

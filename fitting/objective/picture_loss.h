@@ -12,8 +12,9 @@ namespace pliant {
 template <class T>
 struct SeenFrames {
   Camera camera;
-  std::vector<Image<T>> frames;  ///< [T] of the roll-out, the first its start; an empty one is not compared
-  std::vector<Image<T>> weight;  ///< [T] of [H, W, 1], or one for all frames, or none: every pixel alike
+  std::vector<Image<T>> frames;            ///< [T] of the roll-out, the first its start; an empty one is not compared
+  std::vector<Image<T>> weight;            ///< [T] of [H, W, 1], or one for all frames, or none: every pixel alike
+  std::optional<PictureFrame> frame = {};  ///< the whole picture, where the camera draws a part of one
 };
 
 struct PictureLossOptions {

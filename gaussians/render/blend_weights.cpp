@@ -6,8 +6,9 @@
 namespace pliant {
 
 BlendWeights blend_weights(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options) {
-  const ProjectedSplats<float> projected = project_splats<float, true>(
-      cloud, camera, options.antialiased, options.most_pairs, options.instruction_set, options.screen_variance);
+  const ProjectedSplats<float> projected =
+      project_splats<float, true>(cloud, camera, options.antialiased, options.most_pairs, options.instruction_set,
+                                  options.screen_variance, options.frame);
   const BlendKernels<float>& kernels = blend_kernels<float, true>(options.instruction_set);
   BlendWeights out;
   out.width = camera.width;

@@ -3,12 +3,14 @@
 #include "gaussians/base/camera.h"
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/render/blend.h"
+#include "gaussians/render/picture_frame.h"
 
 namespace pliant {
 
-/// A camera for the kernels.
+/// A camera for the kernels; `frame`: the whole picture, if it draws a part of one.
 template <class T>
-View<T> make_view(const Camera& camera, double screen_variance = splat::kScreenVariance) {
+View<T> make_view(const Camera& camera, double screen_variance = splat::kScreenVariance,
+                  const std::optional<PictureFrame>& frame = {}) {
   View<T> view;
   const Eigen::Vector3d t = camera.cam_from_world.translation(), centre = camera.centre();
   for (int i = 0; i < 3; ++i) {
@@ -21,12 +23,14 @@ View<T> make_view(const Camera& camera, double screen_variance = splat::kScreenV
   view.cx = T(camera.cx);
   view.cy = T(camera.cy);
   // With the principal point in the middle these are -+ 1.3 tan(field of view / 2).
-  const double extra_x = (splat::kFrustumClamp - 1) * 0.5 * camera.width, low_x = camera.cx + extra_x;
-  const double extra_y = (splat::kFrustumClamp - 1) * 0.5 * camera.height, low_y = camera.cy + extra_y;
-  view.low_x = T(-low_x / camera.fx);
-  view.high_x = T((camera.width - camera.cx + extra_x) / camera.fx);
-  view.low_y = T(-low_y / camera.fy);
-  view.high_y = T((camera.height - camera.cy + extra_y) / camera.fy);
+  const PictureFrame whole =
+      frame.value_or(PictureFrame{0, 0, static_cast<double>(camera.width), static_cast<double>(camera.height)});
+  const double cx = camera.cx + whole.x, extra_x = (splat::kFrustumClamp - 1) * 0.5 * whole.width;
+  const double cy = camera.cy + whole.y, extra_y = (splat::kFrustumClamp - 1) * 0.5 * whole.height;
+  view.low_x = T(-(cx + extra_x) / camera.fx);
+  view.high_x = T((whole.width - cx + extra_x) / camera.fx);
+  view.low_y = T(-(cy + extra_y) / camera.fy);
+  view.high_y = T((whole.height - cy + extra_y) / camera.fy);
   view.width = camera.width;
   view.height = camera.height;
   view.blur = T(screen_variance);

@@ -34,8 +34,9 @@ template <class T, bool kCutOffs>
 Rendered<T> render_as(const CloudOf<T>& cloud, const Camera& camera, const RenderOptions& options,
                       std::span<const T> features, int channels, RenderTape<T>* tape) {
   CHECK(features.size() == cloud.size() * channels);
-  ProjectedSplats<T> projected = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs,
-                                                             options.instruction_set, options.screen_variance);
+  ProjectedSplats<T> projected =
+      project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs, options.instruction_set,
+                                  options.screen_variance, options.frame);
   Rendered<T> out{
       {camera.width, camera.height, 3}, {camera.width, camera.height, 1}, {camera.width, camera.height, 1}, {}};
   if (channels > 0) out.features = Image<T>(camera.width, camera.height, channels);

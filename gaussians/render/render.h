@@ -17,7 +17,15 @@ struct RenderOptions {
   bool antialiased = false;  ///< opacity compensation for scenes trained with mip-splatting (Yu et al. 2024)
   double screen_variance = splat::kScreenVariance;  ///< of the low-pass filter (px^2)
   InstructionSet instruction_set = best_instruction_set();
-  size_t most_pairs = kMostPairs;  ///< of splat and tile, held at a time
+  size_t most_pairs = kMostPairs;          ///< of splat and tile, held at a time
+  std::optional<PictureFrame> frame = {};  ///< the whole picture, where the camera draws a part of one; see cropped
+
+  /// The same for a part of a picture.
+  RenderOptions within(const std::optional<PictureFrame>& whole) const {
+    RenderOptions options = *this;
+    options.frame = whole;
+    return options;
+  }
 };
 
 template <class T>

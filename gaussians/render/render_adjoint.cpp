@@ -150,11 +150,11 @@ RenderGradient<T> render_adjoint_as(const CloudOf<T>& cloud, const Camera& camer
   ProjectedSplats<T> made;
   if (!tape) {
     made = project_splats<T, kCutOffs>(cloud, camera, options.antialiased, options.most_pairs, options.instruction_set,
-                                       options.screen_variance);
+                                       options.screen_variance, options.frame);
   }
   const ProjectedSplats<T>& projected = tape ? tape->projected : made;
   const BlendKernels<T>& kernels = blend_kernels<T, kCutOffs>(options.instruction_set);
-  const View<T> view = make_view<T>(camera, options.screen_variance);
+  const View<T> view = make_view<T>(camera, options.screen_variance, options.frame);
   const size_t stride = kPairSlots + blended;
   ViewGradient<T> adj_view;
   for (int band = 0; band + 1 < static_cast<int>(projected.bands.size()); ++band) {

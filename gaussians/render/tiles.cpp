@@ -60,8 +60,9 @@ std::vector<int> cut_bands(const ProjectedSplats<T>& projected, size_t total, si
 
 template <class T, bool kCutOffs>
 ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs,
-                                  InstructionSet set, double screen_variance) {
-  CHECK(screen_variance > 0);
+                                  InstructionSet set, double screen_variance,
+                                  const std::optional<PictureFrame>& frame) {
+  CHECK(screen_variance > 0 && (!frame || (frame->width > 0 && frame->height > 0)));
   CHECK(camera.width > 0 && camera.height > 0 && cloud.sh_degree >= 0 && cloud.sh_degree <= 3);
   ProjectedSplats<T> out;
   out.width = camera.width;
@@ -70,7 +71,7 @@ ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera,
   out.tiles_y = (camera.height + kTileSize - 1) / kTileSize;
   CHECK_MSG(out.tiles_x < 65536 && out.tiles_y < 65536, "image too large");
 
-  const View<T> view = make_view<T>(camera, screen_variance);
+  const View<T> view = make_view<T>(camera, screen_variance, frame);
   constexpr std::ptrdiff_t kBlock = 4096;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(cloud.size()), blocks = (n + kBlock - 1) / kBlock;
   std::vector<std::unique_ptr<Splat<T>[]>> visible(blocks);
@@ -161,11 +162,13 @@ TileLists bin_splats(const ProjectedSplats<T>& projected, int band, InstructionS
 }
 
 template ProjectedSplats<float> project_splats<float, true>(const CloudOf<float>&, const Camera&, bool, size_t,
-                                                            InstructionSet, double);
+                                                            InstructionSet, double, const std::optional<PictureFrame>&);
 template ProjectedSplats<double> project_splats<double, true>(const CloudOf<double>&, const Camera&, bool, size_t,
-                                                              InstructionSet, double);
+                                                              InstructionSet, double,
+                                                              const std::optional<PictureFrame>&);
 template ProjectedSplats<double> project_splats<double, false>(const CloudOf<double>&, const Camera&, bool, size_t,
-                                                               InstructionSet, double);
+                                                               InstructionSet, double,
+                                                               const std::optional<PictureFrame>&);
 template TileLists bin_splats<float, true>(const ProjectedSplats<float>&, int, InstructionSet);
 template TileLists bin_splats<double, true>(const ProjectedSplats<double>&, int, InstructionSet);
 template TileLists bin_splats<double, false>(const ProjectedSplats<double>&, int, InstructionSet);

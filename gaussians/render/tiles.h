@@ -7,6 +7,7 @@
 #include "gaussians/base/gaussian_cloud.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/render/blend.h"
+#include "gaussians/render/picture_frame.h"
 #include "gaussians/simd/instruction_set.h"
 
 namespace pliant {
@@ -53,11 +54,13 @@ struct TileLists {
 constexpr size_t kMostPairs = size_t{8} << 20;
 
 /// Projects, culls and sorts by depth.  Gaussians that are not finite after projection (NaN, overflowing scales) are
-/// left out.  Memory: 72 bytes per Gaussian in view in float, twice that for a moment.
+/// left out.  `frame`: the whole picture, if the camera draws a part of one.  Memory: 72 bytes per Gaussian in view in
+/// float, twice that for a moment.
 template <class T, bool kCutOffs>
 ProjectedSplats<T> project_splats(const CloudOf<T>& cloud, const Camera& camera, bool antialiased, size_t most_pairs,
                                   InstructionSet set = best_instruction_set(),
-                                  double screen_variance = splat::kScreenVariance);
+                                  double screen_variance = splat::kScreenVariance,
+                                  const std::optional<PictureFrame>& frame = {});
 
 /// A splat enters exactly the tiles in which the ellipse alpha >= 1/255 covers part of a pixel row (the reference
 /// enters all tiles that a 3 sigma square touches, which can miss the rim between 3 and 3.33 sigma of nearly opaque

@@ -14,7 +14,7 @@ namespace {
 
 /// The part of a view around its hole, with the Gaussians that matter there: fixed ones first, then all new ones.
 struct Crop {
-  Camera camera;
+  PicturePart view;
   ImageF color, weight;  ///< weight 1 in the hole and its ring
   ImageF inside;         ///< 1 in the hole
   GaussianCloud cloud;
@@ -41,23 +41,19 @@ Crop crop(const FilledView& view, int ring, size_t first_new, const GaussianClou
   cv::Rect box = cv::boundingRect(grown);
   box = cv::Rect(box.x - kBorder, box.y - kBorder, box.width + 2 * kBorder, box.height + 2 * kBorder) &
         cv::Rect(0, 0, width, height);
-  Crop part{view.camera,
+  Crop part{cropped(view.camera, box.x, box.y, box.width, box.height),
             ImageF(box.width, box.height, 3),
             ImageF(box.width, box.height, 1),
             ImageF(box.width, box.height, 1),
             {},
             0};
-  part.camera.width = box.width;
-  part.camera.height = box.height;
-  part.camera.cx -= box.x;
-  part.camera.cy -= box.y;
   for (int y = 0; y < box.height; ++y)
     for (int x = 0; x < box.width; ++x) {
       std::copy_n(view.color.at(box.x + x, box.y + y), 3, part.color.at(x, y));
       part.inside(x, y) = view.mask(box.x + x, box.y + y);
       part.weight(x, y) = grown.at<uint8_t>(box.y + y, box.x + x);
     }
-  const BlendWeights W = blend_weights(cloud, part.camera, render_options);
+  const BlendWeights W = blend_weights(cloud, part.view.camera, render_options.within(part.view.frame));
   std::vector<uint8_t> used(cloud.size(), 0);
   for (const uint32_t p : W.gaussian) used[p] = 1;
   std::vector<int> kept;
@@ -96,7 +92,8 @@ double error_inside(const std::vector<Crop>& crops, const RenderOptions& render_
   double sum = 0, pixels = 0;
   for (const Crop& part : crops) {
     const double n = std::accumulate(part.inside.data.begin(), part.inside.data.end(), 0.0);
-    sum += n * mse_loss(render(part.cloud, part.camera, render_options).color, part.color, part.inside);
+    const RenderOptions options = render_options.within(part.view.frame);
+    sum += n * mse_loss(render(part.cloud, part.view.camera, options).color, part.color, part.inside);
     pixels += n;
   }
   return sum / pixels;
@@ -125,12 +122,13 @@ RefineSummary refine(const RefineOptions& options, const std::vector<FilledView>
     for (Crop& part : crops) {
       if (under_way) under_way();
       put(now, part.first_new, part.cloud);
+      const RenderOptions of_part = render_options.within(part.view.frame);
       RenderTape<float> tape;
-      const RenderResult picture = render(part.cloud, part.camera, render_options, {}, 0, &tape);
+      const RenderResult picture = render(part.cloud, part.view.camera, of_part, {}, 0, &tape);
       RenderResult adj;
       mse_loss_adjoint(picture.color, part.color, part.weight, 1.0, adj.color);
       const RenderGradient<float> gradient =
-          render_adjoint(part.cloud, part.camera, render_options, {}, 0, picture, adj, &tape);
+          render_adjoint(part.cloud, part.view.camera, of_part, {}, 0, picture, adj, &tape);
       const Parameters g = take(gradient.cloud, part.first_new);
       color.step(now.color, g.color, rate * options.color_rate / kSh0);
       opacity.step(now.opacity, g.opacity, rate * options.opacity_rate);

@@ -37,7 +37,8 @@ std::vector<CutEdge> region_edges(const std::vector<CutEdge>& pixels, const std:
 RegionView region_view(const RegionViewOptions& options, const GaussianCloud& cloud, const WindowView& window) {
   RegionView out{window, {}, {}, {}, {}, {}, {}, {}, {}};
   const int width = window.camera.width, height = window.camera.height;
-  const std::vector<Vec3f> lab = lab_pixels(render(cloud, window.camera, options.render).color);
+  const RenderOptions drawing = options.render.within(window.frame);
+  const std::vector<Vec3f> lab = lab_pixels(render(cloud, window.camera, drawing).color);
   out.region = superpixels(width, height, lab, options.area, options.color);
   const size_t count = 1 + *std::max_element(out.region.begin(), out.region.end());
   out.lab.assign(count, Vec3f::Zero());
@@ -60,7 +61,7 @@ RegionView region_view(const RegionViewOptions& options, const GaussianCloud& cl
 
   std::vector<uint32_t> pixels(lab.size()), next(start.begin(), start.end() - 1);
   for (size_t i = 0; i < lab.size(); ++i) pixels[next[out.region[i]]++] = static_cast<uint32_t>(i);
-  const BlendWeights weights = blend_weights(cloud, window.camera, options.render);
+  const BlendWeights weights = blend_weights(cloud, window.camera, drawing);
   std::vector<float> sum(cloud.size(), 0.0f);
   std::vector<uint32_t> seen;
   out.row_start.push_back(0);

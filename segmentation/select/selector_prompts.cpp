@@ -84,7 +84,7 @@ void Selector::fix_seeds() {
     const double longest = std::max(rect.x1 - rect.x0, rect.y1 - rect.y0);
     const WindowView window(cameras_, stroke.camera, rect, static_cast<int>(std::clamp(longest, 24.0, 1024.0)));
     Lift lift(cloud_.size());
-    lift.add(cloud_, window.camera, options_.render, stroke_pixels(window, stroke));
+    lift.add(cloud_, window.camera, options_.render.within(window.frame), stroke_pixels(window, stroke));
     std::vector<Hit> hits;
     std::optional<size_t> best;  // under the stroke, where nothing is mostly
     size_t found = 0;

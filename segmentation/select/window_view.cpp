@@ -6,15 +6,17 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/portable.h"
 #include "gaussians/render/blend_weights.h"
-#include "gaussians/render/splat.h"
+#include "gaussians/render/project_input.h"
 
 namespace pliant {
 
 WindowView::WindowView(const std::vector<Camera>& cameras, int camera_index, const PictureRect& rect, int longest)
     : source(camera_index), camera(cameras[camera_index]), x0(rect.x0), y0(rect.y0) {
+  const Camera& whole = cameras[camera_index];
   CHECK(!rect.empty() && longest > 0);
   const double width = rect.x1 - rect.x0, height = rect.y1 - rect.y0;
   scale = longest / std::max(width, height);
+  frame = {x0 * scale, y0 * scale, whole.width * scale, whole.height * scale};
   camera.photo.clear();
   camera.width = std::max(8, static_cast<int>(std::lround(width * scale)));
   camera.height = std::max(8, static_cast<int>(std::lround(height * scale)));
@@ -31,11 +33,12 @@ bool project_point(const Camera& camera, const Vec3f& x, Eigen::Vector2d& pixel)
   return true;
 }
 
-std::vector<int> may_show(const GaussianCloud& cloud, const Camera& camera) {
+std::vector<int> may_show(const GaussianCloud& cloud, const Camera& camera, const std::optional<PictureFrame>& frame) {
   constexpr double kReach = 3.5, kFilter = 2;  // standard deviations of a splat, and px for the low-pass filter
-  // The Jacobian of the projection stretches by at most this, see splat.h.
-  const double x = 1.3 * std::max(std::abs(camera.cx), std::abs(camera.width - camera.cx)) / camera.fx,
-               y = 1.3 * std::max(std::abs(camera.cy), std::abs(camera.height - camera.cy)) / camera.fy;
+  // The Jacobian of the projection stretches by at most this, see View.
+  const View<double> view = make_view<double>(camera, splat::kScreenVariance, frame);
+  const double x = std::max(std::abs(view.low_x), std::abs(view.high_x)),
+               y = std::max(std::abs(view.low_y), std::abs(view.high_y));
   const double stretch = kReach * std::sqrt(1 + x * x + y * y) * std::max(camera.fx, camera.fy);
   std::vector<uint8_t> shows(cloud.size(), 0);
   parallel_for(
@@ -78,7 +81,7 @@ std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt&
 void Lift::add(const GaussianCloud& cloud, const Camera& camera, const RenderOptions& options,
                const std::vector<uint8_t>& mask) {
   CHECK(inside.size() == cloud.size());
-  const std::vector<int> shows = may_show(cloud, camera);
+  const std::vector<int> shows = may_show(cloud, camera, options.frame);
   const BlendWeights weights = blend_weights(cloud.select(shows), camera, options);
   CHECK(mask.size() == weights.pixels());
   for (size_t pixel = 0; pixel < weights.pixels(); ++pixel)

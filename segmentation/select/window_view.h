@@ -32,6 +32,7 @@ struct PictureRect {
 struct WindowView {
   int source = -1;                   ///< camera of the scene
   Camera camera;                     ///< of the window
+  PictureFrame frame;                ///< the whole picture, in px of the window
   double x0 = 0, y0 = 0, scale = 1;  ///< window px = (picture px - (x0, y0)) * scale
 
   /// Longer side of the window: `longest` px.
@@ -42,8 +43,10 @@ struct WindowView {
 /// Where the centre of a Gaussian lies in a camera's picture; false behind the near plane.
 bool project_point(const Camera& camera, const Vec3f& x, Eigen::Vector2d& pixel);
 
-/// The Gaussians that can show in a camera's picture, ascending, and some more.
-std::vector<int> may_show(const GaussianCloud& cloud, const Camera& camera);
+/// The Gaussians that can show in a camera's picture, ascending, and some more; `frame`: the whole picture, if it
+/// draws a part of one.
+std::vector<int> may_show(const GaussianCloud& cloud, const Camera& camera,
+                          const std::optional<PictureFrame>& frame = {});
 
 /// Pixels of a window under a stroke [H * W].
 std::vector<uint8_t> stroke_pixels(const WindowView& window, const StrokePrompt& stroke);

@@ -87,6 +87,20 @@ TEST(Refine, PicturesAreThoseOfTheScenesRasteriser) {
   EXPECT_LT(refine({}, scene.views, scene.first_new, scene.cloud, antialiased).mse_before, 1e-6);
 }
 
+TEST(Refine, HolesLookAsInTheWholePicture) {
+  // Balls beside the hole, whose footprints at its border depend on the frustum that their Jacobian is held in.
+  Wall scene = wall();
+  GaussianCloud cloud;
+  for (const float side : {-1.0f, 1.0f}) {
+    add_disc(cloud, {0.7f * side, 0, 0.3f}, Vec3f::UnitZ(), 0.25f, {0.9f, 0.1f, 0.1f});
+    cloud.log_scale.back().setConstant(std::log(0.25f));
+  }
+  const size_t first_new = cloud.size() + scene.first_new;
+  cloud.append(scene.cloud);
+  for (FilledView& view : scene.views) view.color = render(cloud, view.camera).color;
+  EXPECT_LT(refine({}, scene.views, first_new, cloud).mse_before, 1e-6);
+}
+
 TEST(Refine, EqualBitForBitForAnyNumberOfThreads) {
   Wall one = wall(), three = one;
   const int threads = omp_get_max_threads();
