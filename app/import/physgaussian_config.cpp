@@ -134,6 +134,14 @@ const std::map<std::string, BoundaryForm>& boundary_forms() {
   return forms;
 }
 
+/// Layers lie across one axis, along which positions count, and have a thickness.
+void check_layers(const JsonObject& object, const Boundary& b) {
+  if (b.normal.cwiseAbs().maxCoeff() < 1)
+    throw object.complaint("normal", "lies between the axes", "give an axis, such as [0, 0, 1]");
+  if (b.start_position == b.end_position)
+    throw object.complaint("end_position", "is the start_position", "give two different positions");
+}
+
 Boundary read_boundary(const JsonObject& object, const json& row) {
   std::vector<std::string> names;
   for (const auto& [name, form] : boundary_forms()) names.push_back(name);
@@ -173,6 +181,9 @@ Boundary read_boundary(const JsonObject& object, const json& row) {
     if (std::find(surfaces.begin(), surfaces.end(), b.surface) == surfaces.end()) b.surface = "separate";
   }
   keys.number("friction", b.friction, 0);
+  if (b.type == BoundaryType::kSurface && b.surface == "sticky" && b.friction > 0)
+    throw object.complaint("friction", "is " + std::to_string(b.friction) + " on a sticky surface",
+                           "leave it out, or give surface 'separate'");
   if (object.has("half_height_and_radius")) {
     const std::vector<double> v = object.numbers("half_height_and_radius", 2);
     b.half_height = v[0];
@@ -184,6 +195,7 @@ Boundary read_boundary(const JsonObject& object, const json& row) {
   keys.number("translation_scale", b.translation);
   keys.number("start_position", b.start_position);
   keys.number("end_position", b.end_position);
+  if (b.type == BoundaryType::kReleaseSequentially) check_layers(object, b);
   return b;
 }
 

@@ -84,6 +84,11 @@ struct PhysGaussianConfig {
   double cell_size() const { return grid_lim / n_grid; }
 };
 
+/// Whether a box selects what lies at x: strictly inside, as in PhysGaussian.
+inline bool in_physgaussian_box(const Vec3d& x, const Vec3d& centre, const Vec3d& half) {
+  return ((x - centre).cwiseAbs().array() < half.array()).all();
+}
+
 /// Reads a configuration.  Throws Error{kUsage} naming file, key and value for unknown keys (with the nearest known
 /// one) and for values that cannot be simulated, such as nu = 0.5.
 PhysGaussianConfig read_physgaussian_config(const std::filesystem::path& file);

@@ -5,19 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
-
-#include "gaussians/base/error.h"
 
 namespace pliant {
 namespace {
-
-using Boundary = PhysGaussianConfig::Boundary;
-using BoundaryType = PhysGaussianConfig::BoundaryType;
-
-bool in_box(const Vec3d& x, const Vec3d& centre, const Vec3d& half) {
-  return ((x - centre).cwiseAbs().array() < half.array()).all();
-}
 
 /// Law and constants for a shear modulus mu.  PhysGaussian's yield stress bounds the Frobenius norm of the deviator,
 /// ours is that of a uniaxial test, sqrt(3/2) times as much; its hardening adds 2 mu xi per unit of plastic strain in
@@ -47,203 +37,6 @@ Material material_of(const PhysGaussianConfig& c, Compatibility compatibility, d
   return m;
 }
 
-/// The change of velocity that a force on every particle of a box brings in PhysGaussian: its particles are the
-/// Gaussians, each with an equal part of the volume of its cell.
-Vec3d velocity_change(const PhysGaussianConfig& c, const Boundary& b, const std::vector<Vec3d>& gaussians) {
-  const double dx = c.cell_size();
-  std::map<std::tuple<int, int, int>, int> count;
-  const auto cell = [&](const Vec3d& x) {
-    return std::tuple(static_cast<int>(std::floor(x[0] / dx)), static_cast<int>(std::floor(x[1] / dx)),
-                      static_cast<int>(std::floor(x[2] / dx)));
-  };
-  for (const Vec3d& x : gaussians) ++count[cell(x)];
-  double touched = 0, mass = 0;
-  for (const Vec3d& x : gaussians) {
-    if (!in_box(x, b.point, b.half)) continue;
-    double density = c.density;
-    for (const auto& box : c.additional_material)
-      if (in_box(x, box.point, box.half)) density = box.density;
-    ++touched;
-    mass += density * dx * dx * dx / count[cell(x)];
-  }
-  if (touched == 0)
-    throw usage_error("boundary_conditions", "particle_impulse", "touches no Gaussian",
-                      "move or enlarge its box (simulation space)");
-  return b.force * c.substep_dt * b.num_dt * touched / mass;
-}
-
-class WorldBuilder {
- public:
-  WorldBuilder(const PhysGaussianConfig& config, Compatibility compatibility, const Particles& particles,
-               const std::vector<Vec3d>& gaussians, PhysGaussianWorld& world)
-      : c_(config),
-        compat_(compatibility == Compatibility::kPhysGaussian),
-        particles_(particles),
-        gaussians_(gaussians),
-        world_(world) {}
-
-  void add(const Boundary& b) {
-    switch (b.type) {
-      case BoundaryType::kCuboid:
-        cuboid(b);
-        break;
-      case BoundaryType::kImpulse:
-        impulse(b);
-        break;
-      case BoundaryType::kBoundingBox:
-        bounding_box(b);
-        break;
-      case BoundaryType::kTranslation:
-        translation(b);
-        break;
-      case BoundaryType::kRotation:
-        rotation(b);
-        break;
-      case BoundaryType::kSurface:
-        surface(b);
-        break;
-      case BoundaryType::kReleaseSequentially:
-        release(b);
-        break;
-    }
-  }
-
- private:
-  Interaction& push(InteractionType type, const Boundary& b) {
-    Interaction it;
-    it.type = type;
-    it.start = b.start;
-    it.duration = b.end - b.start;
-    world_.interactions.push_back(it);
-    return world_.interactions.back();
-  }
-  void note(const std::string& text) {
-    if (std::find(world_.notes.begin(), world_.notes.end(), text) == world_.notes.end()) world_.notes.push_back(text);
-  }
-
-  void cuboid(const Boundary& b) {
-    Interaction& it = push(InteractionType::kCollider, b);
-    it.contact = ContactKind::kSticky;
-    it.region = Region::box(b.point - b.half, b.point + b.half);
-    it.vector = b.velocity;
-    if (!b.reset) return;
-    if (compat_) {
-      // The whole grid stands still for 15 steps.
-      Interaction& still = push(InteractionType::kCollider, b);
-      still.contact = ContactKind::kSticky;
-      still.start = b.end;
-      still.duration = 15 * c_.substep_dt;
-      still.region = Region::box(Vec3d::Zero(), Vec3d::Constant(c_.grid_lim));
-      note("cuboid with reset: the whole grid is frozen for 15 steps after it, as in PhysGaussian");
-    } else {
-      note("cuboid with reset: PhysGaussian freezes the whole grid for 15 steps after it; here the body keeps moving");
-    }
-  }
-
-  void impulse(const Boundary& b) {
-    Boundary timed = b;
-    timed.end = b.start + b.num_dt * c_.substep_dt;
-    double mass = 0;
-    for (size_t i = 0; i < particles_.size(); ++i)
-      if (in_box(particles_.position[i].cast<double>(), b.point, b.half)) mass += particles_.mass[i];
-    if (!(mass > 0))
-      throw usage_error("boundary_conditions", "particle_impulse", "touches no particle",
-                        "move or enlarge its box (simulation space)");
-    const Vec3d change = velocity_change(c_, b, gaussians_);
-    Interaction& it = push(InteractionType::kPointForce, timed);
-    it.region = Region::box(b.point - b.half, b.point + b.half);
-    it.vector = mass * change / (b.num_dt * c_.substep_dt);
-    note(
-        fmt::format("particle_impulse: PhysGaussian's force acts on every particle; the same change of velocity, "
-                    "{:.4g} m/s, is an impulse of {:.4g} N s here",
-                    change.norm(), mass * change.norm()));
-  }
-
-  void bounding_box(const Boundary& b) {
-    const double wall = 3 * c_.cell_size();
-    Interaction& it = push(InteractionType::kCollider, b);
-    it.contact = ContactKind::kSeparating;
-    it.container = true;
-    it.region = Region::box(Vec3d::Constant(wall), Vec3d::Constant(c_.grid_lim - wall));
-  }
-
-  /// How far earlier conditions have taken the same part, which is chosen by where it lies at rest.
-  Vec3d way_before(const Boundary& b) const {
-    Vec3d way = Vec3d::Zero();
-    for (const Boundary& other : c_.boundaries) {
-      if (other.type != b.type || other.point != b.point || other.half != b.half || other.start >= b.start) continue;
-      const double time = std::min(other.end, b.start) - other.start;
-      way += time * (b.type == BoundaryType::kRotation ? Vec3d(other.translation * other.normal) : other.velocity);
-    }
-    return way;
-  }
-  void note_nodes() {
-    note(
-        "velocities that PhysGaussian prescribes for particles are prescribed for the grid nodes of that part: "
-        "prescribed particles creep under load");
-  }
-
-  void translation(const Boundary& b) {
-    note_nodes();
-    Interaction& it = push(InteractionType::kCollider, b);
-    const Vec3d centre = b.point + way_before(b);
-    it.contact = ContactKind::kSticky;
-    it.region = Region::box(centre - b.half, centre + b.half);
-    it.vector = b.velocity;
-  }
-
-  void rotation(const Boundary& b) {
-    note_nodes();
-    Interaction& it = push(InteractionType::kCollider, b);
-    const Vec3d centre = b.point + way_before(b);
-    it.contact = ContactKind::kSticky;
-    it.region = Region::cylinder(centre - b.half_height * b.normal, centre + b.half_height * b.normal, b.radius);
-    it.vector = b.translation * b.normal;
-    it.angular_velocity = -b.rotation * b.normal;  // PhysGaussian's horizontal axes are left-handed about it
-    it.pivot = centre;
-  }
-
-  void surface(const Boundary& b) {
-    Interaction& it = push(InteractionType::kCollider, b);
-    it.region = Region::half_space(b.point, b.normal);
-    it.friction = b.friction;
-    it.contact = b.surface == "sticky" ? ContactKind::kSticky
-                 : b.surface == "slip" ? ContactKind::kSlip
-                                       : ContactKind::kSeparating;
-    if (compat_) {
-      it.contact = ContactKind::kSticky;
-      note("surface_collider: every kind of surface is sticky, as in PhysGaussian");
-    } else if (b.surface != "sticky") {
-      note("surface_collider: PhysGaussian makes every surface sticky; '" + b.surface + "' is used here");
-    }
-    if (b.surface == "cut") note("surface_collider cut: PhysGaussian's fixed z limits .4 and .53 are not used");
-  }
-
-  void release(const Boundary& b) {
-    const int layers = compat_ ? 50 : b.num_layers;
-    if (b.num_layers != 50)
-      note(fmt::format("release_particles_sequentially: {} layers {}", layers,
-                       compat_ ? "as PhysGaussian overrides it" : "as written; PhysGaussian always takes 50"));
-    for (int k = 0; k < layers; ++k) {
-      // Layer k and all between it and the end, on either side of it, are held until its time comes.
-      Boundary timed = b;
-      timed.end = b.end * (k + 1) / layers;
-      const double half = std::abs(b.start_position - b.end_position) * (layers - k) / layers;
-      if (!(timed.end > timed.start && half > 0)) continue;
-      Interaction& it = push(InteractionType::kCollider, timed);
-      it.contact = ContactKind::kSticky;
-      it.region =
-          Region::cylinder((b.end_position - half) * b.normal, (b.end_position + half) * b.normal, 4 * c_.grid_lim);
-    }
-  }
-
-  const PhysGaussianConfig& c_;
-  bool compat_;
-  const Particles& particles_;
-  const std::vector<Vec3d>& gaussians_;
-  PhysGaussianWorld& world_;
-};
-
 }  // namespace
 
 void set_physgaussian_material(const PhysGaussianConfig& config, Compatibility compatibility, Particles& particles) {
@@ -253,7 +46,7 @@ void set_physgaussian_material(const PhysGaussianConfig& config, Compatibility c
   for (size_t i = 0; i < particles.size(); ++i) {
     double young = config.young, poisson = config.poisson, density = config.density;
     for (const auto& box : config.additional_material)
-      if (in_box(particles.position[i].cast<double>(), box.point, box.half)) {
+      if (in_physgaussian_box(particles.position[i].cast<double>(), box.point, box.half)) {
         young = box.young;
         poisson = box.poisson;
         density = box.density;
@@ -317,8 +110,7 @@ PhysGaussianWorld physgaussian_world(const PhysGaussianConfig& config, Compatibi
     for (const std::string& key : config.view_keys) keys += (keys.empty() ? "" : ", ") + key;
     world.notes.push_back(keys + ": not used; the clip's camera is that of --camera or --cameras");
   }
-  WorldBuilder builder(config, compatibility, particles, gaussians, world);
-  for (const Boundary& b : config.boundaries) builder.add(b);
+  add_physgaussian_boundaries(config, compatibility, particles, gaussians, world);
   return world;
 }
 

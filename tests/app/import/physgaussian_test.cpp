@@ -12,11 +12,12 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/files/files.h"
-#include "tests/temporary_folder.h"
+#include "tests/app/import/physgaussian_fixture.h"
 
 namespace pliant {
 namespace {
 
+using namespace fixture;
 using nlohmann::json;
 
 // Values of the released configurations (physical keys); places of boundary conditions are those of stand-ins.
@@ -52,46 +53,6 @@ const char* kWolf =
   "friction_angle": 30, "g": [0, 0, -9.8], "n_grid": 200,
   "boundary_conditions": [{"type": "surface_collider", "point": [0, 0, 0.55], "normal": [0, 0, 1], "surface": "other", "friction": 0.4},
     {"type": "release_particles_sequentially", "normal": [0, 0, 1], "start_position": 0.5, "end_position": 1.5, "num_layers": 10, "start_time": 0, "end_time": 0.1}]})";
-
-PhysGaussianConfig parse(const std::string& text) {
-  const TemporaryFolder folder;
-  folder.file("config.json", text);
-  return read_physgaussian_config(folder / "config.json");
-}
-
-void expect_refused(const std::string& text, const std::vector<std::string>& words) {
-  try {
-    parse(text);
-    ADD_FAILURE() << "accepted: " << text;
-  } catch (const Error& error) {
-    EXPECT_TRUE(error.failure == Failure::kUsage || error.failure == Failure::kInput) << error.what();
-    for (const std::string& word : words)
-      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
-  }
-}
-
-/// A solid block of the configuration's extent about (1, 1, 1), eight particles to a cell of at least 1/10
-/// of its extent.
-Particles stand_in(const PhysGaussianConfig& config, std::vector<Vec3d>& gaussians, double width = 0.5) {
-  Particles p;
-  const double dx = std::max(config.cell_size(), config.scale / 10), h = dx / 2;
-  p.cell_size = static_cast<float>(dx);
-  const int nz = static_cast<int>(config.scale / h), nx = static_cast<int>(width * config.scale / h);
-  for (int i = 0; i < nx; ++i)
-    for (int j = 0; j < nx; ++j)
-      for (int k = 0; k < nz; ++k) {
-        Random random(11, p.position.size());
-        const Vec3d cell(i - 0.5 * nx, j - 0.5 * nx, k - 0.5 * nz),
-            jitter(random.uniform(), random.uniform(), random.uniform());
-        p.position.push_back((Vec3d::Ones() + h * (cell + jitter)).cast<float>());
-        gaussians.push_back(p.position.back().cast<double>());
-      }
-  p.volume.assign(p.size(), static_cast<float>(h * h * h));
-  p.mass.assign(p.size(), static_cast<float>(200 * h * h * h));
-  p.young.assign(p.size(), 1e5f);
-  p.poisson.assign(p.size(), 0.3f);
-  return p;
-}
 
 TEST(PhysGaussianConfig, DefaultsAreThoseOfTheReleasedCode) {
   const PhysGaussianConfig c = parse("{}");
@@ -279,7 +240,7 @@ TEST(PhysGaussianWorld, LayersAreReleasedWhenTheReleasedCodeDoes) {
     const PhysGaussianWorld world = physgaussian_world(config, Compatibility::kCorrected, p, gaussians);
     // Layer i, |z - end_position| < |start_position - end_position| (n - i) / n, stands still from start_time until
     // end_time (i + 1) / n.
-    size_t next = 1;  // behind the surface
+    size_t next = 0;  // before the surface, which acts on nodes
     for (int i = 0; i < layers; ++i) {
       const double end = 0.1 * (i + 1) / layers, half = 1.0 * (layers - i) / layers;
       if (end <= release.start) continue;
@@ -294,7 +255,7 @@ TEST(PhysGaussianWorld, LayersAreReleasedWhenTheReleasedCodeDoes) {
         EXPECT_FALSE(it.region.contains({0, 2, 1.5 + side * (half + 1e-9)})) << layers << " " << i;
       }
     }
-    EXPECT_EQ(next, world.interactions.size());
+    EXPECT_EQ(next + 1, world.interactions.size());
   }
 }
 
