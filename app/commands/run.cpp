@@ -85,14 +85,6 @@ void check_choice(const RunDirectory& run, const Scene& scene, const CLI::App& c
         {"does nothing where the fitted motion is replayed", "leave it out, or add --no-video", {"auto-push"}});
 }
 
-/// The material with which a fit starts: what nobody has said is as predicted.
-void start_from(const nlohmann::json& prediction, const Scene& scene, MaterialValues& material) {
-  const MaterialValues& file = scene.settings.material;
-  if (!file.young && !material.young) material.young = prediction["young"];
-  if (!file.poisson && !material.poisson) material.poisson = prediction["poisson"];
-  if (!file.density && !material.density) material.density = prediction["density"];
-}
-
 /// The page, with the report even where it does not fit; one that is larger than a size that nobody chose is left out.
 void make_page(const Context& context, RunDirectory& run, const Scene& scene, PageStage page, bool chosen,
                const std::string& command) {
@@ -131,6 +123,7 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
   check_choice(run, scene, command, options, no_fit);
   run_segment(context, run, scene, options.segment);
   ExtractStage extract = options.extract;
+  extract.label = options.predict.label;
   if (extract.object.empty() && !options.segment.physgaussian.empty()) extract.object = "object";
   SimulateStage simulate = options.simulate;
   const nlohmann::json prediction =
@@ -139,7 +132,8 @@ nlohmann::json run_all(Context& context, const Program& program, const CLI::App&
     FitStage fit = options.fit;
     if (!fit.kinematic()) {
       fit.material = options.simulate.material;
-      if (!prediction.is_null() && fit.initial_material.empty()) start_from(prediction, scene, fit.material);
+      if (!prediction.is_null() && fit.initial_material.empty())
+        start_from_prediction(prediction, scene, options.predict, fit.material);
       if (!fit.released_young) fit.solver = options.simulate.solver;
       // The fit will have used them.
       simulate.material.poisson.reset();

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/segment/automatic_objects.h"
+#include "app/segment/choose_object.h"
 #include "app/segment/objects_file.h"
 #include "app/segment/scene_file_names.h"
 #include "app/store/segmentation.h"
@@ -25,79 +26,15 @@ using nlohmann::json;
 
 namespace {
 
-/// How much of the pictures each object takes, near their middle above all: the sum over cameras and Gaussians of the
-/// share of the picture, times the opacity, times exp(-(r / .35)^2) at a distance of r half diagonals from the middle.
-std::map<uint32_t, double> prominence(const Scene& scene, const std::vector<uint32_t>& label) {
-  constexpr double kWidth = 0.35;
-  std::vector<double> share(label.size(), 0.0);
-  parallel_for(
-      static_cast<std::ptrdiff_t>(label.size()),
-      [&](std::ptrdiff_t i) {
-        const Vec3d position = scene.cloud.position[i].cast<double>();
-        const double scale = std::exp(scene.cloud.log_scale[i].mean());
-        for (const Camera& camera : scene.cameras) {
-          const Vec3d x = camera.cam_from_world * position;
-          if (x.z() <= 0) continue;
-          const double half2 = 0.25 * (1.0 * camera.width * camera.width + 1.0 * camera.height * camera.height);
-          const Eigen::Vector2d off(camera.fx * x.x() / x.z() + camera.cx - 0.5 * camera.width,
-                                    camera.fy * x.y() / x.z() + camera.cy - 0.5 * camera.height);
-          const double size = camera.fx * scale / x.z();
-          share[i] += std::min(size * size / half2, 1.0) * std::exp(-off.squaredNorm() / half2 / (kWidth * kWidth));
-        }
-        share[i] *= sigmoid(scene.cloud.opacity_logit[i]);
-      },
-      1024);
-  std::map<uint32_t, double> sum;
-  for (size_t i = 0; i < label.size(); ++i) sum[label[i]] += share[i];
-  return sum;
-}
-
-/// The class of that ID, or else all of that name.
-std::vector<size_t> classes_called(const Segmentation& segmentation, const std::string& name) {
-  std::vector<size_t> named;
-  for (size_t c = 0; c < segmentation.class_id.size() && !name.empty(); ++c) {
-    if (name == std::to_string(segmentation.class_id[c])) return {c};
-    if (name == segmentation.class_name[c]) named.push_back(c);
-  }
-  return named;
-}
-
-/// The object to cut, and why that one where nobody chose it.
-struct ChosenClass {
-  size_t index = 0;
-  std::string why;
-};
-
-/// Class of the object that the user means by id or name; without a wish the scene file's, else the only one, else the
-/// most prominent.  The rest, the background and `supports` of the automatic mode count only when they are asked for,
-/// or where there is nothing else.
+/// The object to cut: that of --object, else the scene file's, else choose_object().
 ChosenClass chosen_class(const Scene& scene, const Segmentation& segmentation, const std::string& wish,
-                         const FileNames& file_names, const json& edits, const std::vector<uint32_t>& supports) {
-  const std::vector<std::string>& names = segmentation.class_name;
-  if (!wish.empty()) return {class_of_object(segmentation, "--object", wish), ""};
+                         const FileNames& file_names, const json& edits, const ObjectHints& hints) {
+  if (!wish.empty()) return {class_of_object(segmentation, "--object", wish), "", false};
   const std::string named = present_name(file_names, edits, scene.settings.object);
   if (!named.empty() &&
       (file_names.reach >= FileNames::Reach::kTrained || !classes_called(segmentation, named).empty()))
-    return {class_of_object(segmentation, scene.settings.file.string() + ": object", named), ""};
-  std::vector<size_t> all, candidates;
-  for (size_t c = 0; c < names.size(); ++c)
-    if (segmentation.class_id[c] != 0 || names[c] != "unlabelled") all.push_back(c);
-  for (size_t c : all)
-    if (names[c] != "rest" && names[c] != "background" &&
-        std::find(supports.begin(), supports.end(), segmentation.class_id[c]) == supports.end())
-      candidates.push_back(c);
-  if (candidates.size() == 1) return {candidates[0], ""};
-  const bool none = candidates.empty();
-  if (none) candidates = all;
-  if (candidates.empty())
-    throw usage_error("--object", "", "cannot be chosen: the scene has no objects",
-                      "point at one with --box, --click or --aabb");
-  std::map<uint32_t, double> value = prominence(scene, segmentation.label);
-  const size_t best = *std::max_element(candidates.begin(), candidates.end(), [&](size_t a, size_t b) {
-    return value[segmentation.class_id[a]] < value[segmentation.class_id[b]];
-  });
-  if (none) return {best, "no free-standing object was found"};
-  return {best, fmt::format("the most prominent of {} objects near the middle of the views", candidates.size())};
+    return {class_of_object(segmentation, scene.settings.file.string() + ": object", named), "", false};
+  return choose_object(scene, segmentation, hints);
 }
 
 /// What every rule moved: number of Gaussians, how many of them no later rule moved again, and the share of the latter
@@ -146,6 +83,12 @@ json extract_object(const Context& context, const RunDirectory& run, const Stage
   if (in.found.contains("chosen"))
     context.progress.say(
         fmt::format("extract: using '{}', {} (--object selects another)", name, in.found["chosen"].get<std::string>()));
+  if (in.found.contains("label"))
+    context.progress.warn(
+        fmt::format("no object is called '{}': --label is taken for '{}'; if another is meant, select it with --object "
+                    "(objects.png "
+                    "shows them)",
+                    in.found["label"].get<std::string>(), name));
   ExtractOptions options;
   options.object = id;
   options.probability = static_cast<float>(in.options.threshold);
@@ -199,7 +142,7 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
       automatic ? supports_among(read_json(run / "objects.json")) : std::vector<uint32_t>();
   const json edits = run.note("edits");
   const FileNames names = names_of_file(run, scene, segmented);
-  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, names, edits, supports);
+  const ChosenClass chosen = chosen_class(scene, segmentation, stage.object, names, edits, {stage.label, supports});
   const uint32_t id = segmentation.class_id[chosen.index];
   const std::string& name = segmentation.class_name[chosen.index];
   const std::string support = present_name(names, edits, scene.settings.support);
@@ -217,6 +160,7 @@ StageInputs<ExtractStage> inputs_of(const RunDirectory& run, const Scene& scene,
   in.files["segmentation"] = run / "segmentation.h5";
   in.found = {{"id", id}, {"name", name}};
   if (!chosen.why.empty()) in.found["chosen"] = chosen.why + "; of " + list_of_objects(segmentation);
+  if (chosen.unnamed) in.found["label"] = stage.label;
   if (automatic) in.found["supports"] = supports;
   if (carriers.size() == 1) in.found["support"] = segmentation.class_id[carriers[0]];
   const std::string folder = folder_of_object(id, name);

@@ -11,7 +11,8 @@ namespace pliant {
 
 /// extract: one object -> objects/<id>_<name>/object.ply, background.ply.
 struct ExtractStage {
-  std::string object;  ///< id or name; empty = the scene file's, else the only one
+  std::string object;  ///< id or name; empty = the scene file's, else the one that choose_object() takes
+  std::string label;   ///< what the user calls it, where it is left to choose_object()
   double threshold = 0.5;
   bool hull = false;  ///< what lies in the convex hull of the object belongs to it
 };
