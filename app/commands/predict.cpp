@@ -68,11 +68,14 @@ void add_predict(CLI::App& app, Program& program) {
       RunDirectory run = RunDirectory::open(*directory);
       Scene scene = load_run_scene(run);
       if (*preview && given_option(*command, options_of(*stage)).empty()) take_last_options(run, *stage);
+      keep_known_object(run, *stage);
       // Nothing is assumed or replaced for what will be refused.
       inputs_of(run, scene, *stage);
       if (*preview) check_preview(run, scene, *stage);
-      assume_height(context, run, scene, *stage);
+      warn_of_selection(context, run);
+      const std::optional<double> height = assume_height(context, run, scene, *stage);
       const nlohmann::json summary = run_predict(context, run, scene, *stage);
+      record_assumed_height(run, height);
       if (*preview) run_preview(context, run, scene, *stage);
       return summary;
     };

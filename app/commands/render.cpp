@@ -63,7 +63,9 @@ void add_render(CLI::App& app, Program& program) {
         refuse_given(*command, picture_options(options->pictures), of_scenes);
         if (!program.out.empty()) throw usage_error("render", "--out", of_scenes.why, of_scenes.advice);
         RunDirectory run = RunDirectory::open(source);
-        return run_render(context, run, load_run_scene(run), options->stage);
+        const Scene scene = load_run_scene(run);
+        warn_of_selection(context, run);
+        return run_render(context, run, scene, options->stage);
       }
       refuse_given(
           *command, without_shared(options_of(options->stage)),

@@ -56,6 +56,21 @@ bool was_given(const json& prediction, const char* key) {
   return std::find(given.begin(), given.end(), key) != given.end();
 }
 
+/// Whether what was simulated has this property by the prediction; a record that says nothing of it counts as that.
+bool is_predicted(const RunDirectory& run, const json& stages, const std::string& key) {
+  const json &simulate = stages["simulate"], &predict = stages["predict"];
+  if (simulate["found"].contains("predicted")) return true;
+  const bool fitted = simulate["found"].value("fitted", false) && stages.contains("fit");
+  if (fitted && key == "young") return false;  // it was found
+  const json& record = fitted ? stages["fit"] : simulate;
+  if (const char* role = fitted ? "initial_material" : "material"; record["inputs"].contains(role)) {
+    const std::filesystem::path file = run / predict["outputs"][0].get<std::string>();
+    return std::filesystem::exists(file) && record["inputs"][role] == hash_of_input(file);
+  }
+  const json material = record["found"].value("material", json::object());
+  return !material.contains(key) || material[key] == predict["summary"][key];
+}
+
 /// What nobody said and was assumed, with where it comes from; empty where all was given.
 std::string assumptions(const RunDirectory& run, const Scene& scene, const json& stages) {
   std::string rows;
@@ -74,17 +89,15 @@ std::string assumptions(const RunDirectory& run, const Scene& scene, const json&
   if (stages.contains("predict")) {
     const json& p = stages["predict"]["summary"];
     std::string source = fmt::format("{}: {}", p["understood"].get<std::string>(), p["source"].get<std::string>());
-    // E of a fit is found; the prediction says nothing of it or of the sway.
-    const bool fitted = stages["simulate"]["found"].value("fitted", false);
     const auto add_predicted = [&](const char* key, const char* what, int digits) {
-      if (was_given(p, key)) return;
+      if (was_given(p, key) || !is_predicted(run, stages, key)) return;
       add(what, fmt::format("{:.{}g}", p[key].get<double>(), digits), band_text(p[std::string(key) + "_band"]), source);
       source = "the same";
     };
-    if (!fitted) add_predicted("young", "mean of Young's modulus E [Pa]", 3);
+    add_predicted("young", "mean of Young's modulus E [Pa]", 3);
     add_predicted("poisson", "Poisson's ratio", 3);
     add_predicted("density", "density [kg/m^3]", 4);
-    if (!fitted && p["frequency_hz"].is_number())
+    if (is_predicted(run, stages, "young") && p["frequency_hz"].is_number())
       add("sway frequency [Hz]", fmt::format("{:.2g}", p["frequency_hz"].get<double>()), band_text(p["frequency_band"]),
           source);
   }

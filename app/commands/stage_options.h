@@ -79,6 +79,7 @@ void add_stage_command(CLI::App& app, Program& program, const std::string& name,
       if (check) check(*command, *stage);
       RunDirectory run = RunDirectory::open(*directory);
       const Scene scene = load_run_scene(run);
+      if (name != "extract") warn_of_selection(context, run);
       return run_stage(context, run, scene, *stage);
     };
   });

@@ -39,7 +39,8 @@ Viewed open_viewed(const Context& context, const std::string& source, const std:
   if (!has_read("segment")) run_segment(context, run, scene, {});
   // Another object, or new particles of this one, may have been made since: where that was cancelled, there is no
   // motion.
-  const bool simulated = run.has("simulate") && has_read("extract") && reads_present(run, "simulate", "particles");
+  const bool simulated =
+      run.has("simulate") && has_read("extract") && seeds_object(run) && reads_present(run, "simulate", "particles");
   return {std::move(run), std::move(scene), simulated};
 }
 

@@ -20,8 +20,9 @@ MaterialFile read_placed(const fs::path& path) {
   MaterialFile m = read_material(file);
   if (m.young.empty()) throw input_error(file.string(), "/solid/young", "is empty", "give the material of an object");
   if (m.position.empty()) {
-    throw input_error(file.string(), "/solid/position", "is missing, and so is particles.h5 next to the file",
-                      "keep material.h5 in the folder of its particles.h5");
+    throw input_error(file.string(), "/solid/position",
+                      "is missing, and next to the file is no particles.h5 of as many samples",
+                      "keep material.h5 beside the particles.h5 that it was made for");
   }
   return m;
 }

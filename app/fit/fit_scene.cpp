@@ -63,11 +63,11 @@ void choose_points(FitView& fit, const ImageF& depth, int wanted) {
 }
 
 /// The body and its Gaussians in front of the repaired background.
-FitScene load_body(const FitInputs& in) {
+FitScene load_body(const Context& context, const FitInputs& in) {
   FitScene fit;
   const Scene& scene = in.scene;
   ParticleFile particles = read_particles(in.files.at("particles"));
-  fit.start = start_material(in, particles);
+  fit.start = start_material(in, particles, &context.progress);
   fit.body = make_body(std::move(particles), scene, fit.start.solid, fit.start.law);
   fit.pins = pins_of(fit.body.file.pinned_json, scene);
   GaussianCloud object = read_ply(in.files.at("object")), background = read_ply(in.files.at("background"));
@@ -181,7 +181,7 @@ std::vector<const FitView*> FitScene::views() const {
 
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const FitInputs& in) {
   const FitStage& stage = in.options;
-  FitScene fit = load_body(in);
+  FitScene fit = load_body(context, in);
   std::vector<Camera> found;
   static_cast<FitView&>(fit) = load_view(context, run, in, stage, fit, found);
   for (size_t i = 0; i < stage.further_videos(); ++i)
@@ -198,8 +198,8 @@ FitScene load_fit_scene(const Context& context, const RunDirectory& run, const F
   return fit;
 }
 
-FitScene load_still_scene(const FitInputs& in, const Camera& camera) {
-  FitScene fit = load_body(in);
+FitScene load_still_scene(const Context& context, const FitInputs& in, const Camera& camera) {
+  FitScene fit = load_body(context, in);
   fit.video.camera = camera;
   look(fit, fit);
   return fit;

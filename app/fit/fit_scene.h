@@ -42,7 +42,7 @@ struct FitScene : FitView {
 FitScene load_fit_scene(const Context& context, const RunDirectory& run, const FitInputs& in);
 
 /// The same without a video, before `camera`.
-FitScene load_still_scene(const FitInputs& in, const Camera& camera);
+FitScene load_still_scene(const Context& context, const FitInputs& in, const Camera& camera);
 
 constexpr double kTrackOutlier = 3;  ///< px of a track's error beyond which it counts less and less
 

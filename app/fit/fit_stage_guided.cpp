@@ -88,7 +88,7 @@ json fit_to_guide(const Context& context, const RunDirectory& run, const FitInpu
   recipe.seed = network_seed(context);
   const int clips = stage.distilled() ? recipe.stages : 1;  // that an iteration asks about
   const int drawn = *compare.guide_frames * clips;
-  FitScene fit = load_still_scene(in, unfilmed_camera(context, in.files.at("object"), scene, stage));
+  FitScene fit = load_still_scene(context, in, unfilmed_camera(context, in.files.at("object"), scene, stage));
   if (stage.distilled() && recipe.branch) add_branches(fit.start.law, fit.body.particles);
   SimulateStage forces;
   forces.interactions = compare.load;

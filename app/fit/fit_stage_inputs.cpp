@@ -57,7 +57,7 @@ FitKind kind_of(const FitStage& stage, const Scene& scene) {
 
 FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   check_fit_stage(stage, has_video(scene, stage));
-  run.summary("seed", "run `pliant seed` first");
+  check_seeded(run);
   const std::string folder = object_folder(run);
   const FitKind kind = kind_of(stage, scene);
   FitInputs in;
@@ -69,7 +69,7 @@ FitInputs inputs_of(const RunDirectory& run, const Scene& scene, const FitStage&
   in.outputs = {folder + "/material.h5", folder + "/velocity.h5", "fit/results.json"};
   in.kept = {"fit", folder + "/material.h5", folder + "/velocity.h5"};
   // The law and its constants are no options of this stage.
-  const std::string initial = initial_material_file(run, stage);
+  const std::string initial = initial_material_file(run, scene, stage);
   if (!initial.empty()) in.files["initial_material"] = initial;
   const ObjectMaterial material = check_material(scene, stage.material, start_set_by(stage));
   in.found["material"] = material_to_json(material);

@@ -169,7 +169,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   parse_axes(m.axes);
   const MarkerTracks tracks = markers_in_scene(m, scene);
   ParticleFile particles = read_particles(in.files.at("particles"));
-  StartMaterial material = start_material(in, particles);
+  StartMaterial material = start_material(in, particles, &context.progress);
   const bool guessed = !material.given && material.young == kUnknownYoung && !stage.material.young;
   const SimulatedBody body = make_body(std::move(particles), scene, material.solid, material.law);
   const std::vector<Interaction> load = load_of(m, scene, body.file);

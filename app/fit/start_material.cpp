@@ -26,12 +26,15 @@ std::vector<double> young_around_drivers(const ParticleFile& particles, std::spa
 
 }  // namespace
 
-std::string initial_material_file(const RunDirectory& run, const FitStage& stage) {
+std::string initial_material_file(const RunDirectory& run, const Scene& scene, const FitStage& stage) {
   if (stage.initial_material != kPredictedMaterial) return stage.initial_material;
   if (!predicts_object(run))
     throw usage_error("fit", stage.typed("initial-material") + " " + kPredictedMaterial,
                       "needs a prediction of the object, and this run has none",
                       "run `pliant predict` first, or give a file");
+  if (const std::string of = prediction_is_of(run, scene); !of.empty())
+    throw usage_error("fit", stage.typed("initial-material") + " " + kPredictedMaterial, "is " + of,
+                      "run `pliant predict` again");
   return (run / (object_folder(run) + "/predicted.h5")).string();
 }
 
@@ -39,7 +42,7 @@ SetBy start_set_by(const FitStage& stage) {
   return stage.initial_material.empty() && !stage.kinematic() ? SetBy::kFit : SetBy::kFields;
 }
 
-StartMaterial start_material(const FitInputs& in, const ParticleFile& particles) {
+StartMaterial start_material(const FitInputs& in, const ParticleFile& particles, Progress* progress) {
   const auto file = in.files.find("initial_material");
   StartMaterial start;
   start.given = file != in.files.end();
@@ -51,7 +54,7 @@ StartMaterial start_material(const FitInputs& in, const ParticleFile& particles)
     start.driver_young.assign(particles.driving_position.size(), material.young);
     return start;
   }
-  start.solid = given_material(file->second, particles.solid_position);
+  start.solid = given_material(file->second, particles.solid_position, progress);
   start.young = mean_young(particles, start.solid.young);
   start.driver_young = young_around_drivers(particles, start.solid.young);
   return start;

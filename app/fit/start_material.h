@@ -20,14 +20,14 @@ struct StartMaterial {
 };
 
 /// --initial-material as a file: that of the run's prediction for "predicted", empty without one.  Throws
-/// Error{kUsage} where nothing was predicted.
-std::string initial_material_file(const RunDirectory& run, const FitStage& stage);
+/// Error{kUsage} where nothing was predicted, or with another scale.
+std::string initial_material_file(const RunDirectory& run, const Scene& scene, const FitStage& stage);
 
 /// What sets E, nu and rho of the start: a file; nothing that counts, where there is no physics; else what is known.
 SetBy start_set_by(const FitStage& stage);
 
-/// That of in.files["initial_material"], else the homogeneous one of command line and scene.
-StartMaterial start_material(const FitInputs& in, const ParticleFile& particles);
+/// That of in.files["initial_material"], see given_material, else the homogeneous one of command line and scene.
+StartMaterial start_material(const FitInputs& in, const ParticleFile& particles, Progress* progress = nullptr);
 
 /// [Pa] by the mean of log E over the samples that move; `young`: [S] of all samples.
 double mean_young(const ParticleFile& particles, std::span<const float> young);

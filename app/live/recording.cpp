@@ -235,7 +235,8 @@ json replay_recording(const Context& context, RunDirectory& run, const Scene& sc
     });
   }
   const fs::path target = run / (folder + "/recording.h5");
-  const std::string provenance = json({{"recording", hash_of_input(file)}}).dump();
+  const std::string provenance =
+      json({{"recording", hash_of_input(file)}, {"object", hash_of_input(run / (folder + "/object.ply"))}}).dump();
   // No motion lies beside particles of another one, whatever fails in between.
   fs::remove(target);
   write_particles(run / (folder + "/recording_particles.h5"), start.level, provenance);

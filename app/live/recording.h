@@ -50,8 +50,9 @@ class RecordingText {
 };
 
 /// Does it again with the native solver and writes the motion of the level's particles to recording.h5, and these to
-/// recording_particles.h5, in the object's folder.  Another object than the recording names is refused; where it was
-/// simulated otherwise since, that is said.
+/// recording_particles.h5, in the object's folder; the provenance of the former has the hash of "object", its
+/// object.ply.  Another object than the recording names is refused, and one that was extracted since it was simulated;
+/// where it was simulated otherwise since, that is said.
 nlohmann::json replay_recording(const Context& context, RunDirectory& run, const Scene& scene,
                                 const std::filesystem::path& file);
 

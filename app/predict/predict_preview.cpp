@@ -69,7 +69,7 @@ ImageF with_caption(const ImageF& picture, const std::string& caption) {
 }  // namespace
 
 void check_preview(const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
-  run.summary("seed", "run `pliant seed` first");
+  check_seeded(run);
   if (stage.given.young)
     throw usage_error("predict", "--preview", "does nothing with --young, which has no band",
                       "predict without --young");

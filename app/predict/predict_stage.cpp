@@ -19,8 +19,6 @@
 #include "app/store/solid.h"
 #include "fitting/distribution/object_distribution.h"
 #include "fitting/modal/sway.h"
-#include "fitting/predict/label_match.h"
-#include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
@@ -39,9 +37,10 @@ constexpr int kSwayParticles = 1000;
 constexpr double kUsualSoftness = 0.5;
 
 /// What is asked of the table, and with --llm-url of a language model, which sees one view of the object.
-PriorQuestion question_of(const StageInputs<PredictStage>& in, const GaussianCloud& object, const RunDirectory& run) {
+PriorQuestion question_with_view(const StageInputs<PredictStage>& in, const GaussianCloud& object,
+                                 const RunDirectory& run) {
   const PredictStage& stage = in.options;
-  PriorQuestion question{stage.material, stage.label, in.found["name"], {}, {}};
+  PriorQuestion question = question_of(stage, in.found["name"]);
   if (stage.llm_url.empty()) return question;
   question.llm = {.url = stage.llm_url,
                   .model = stage.llm_model,
@@ -143,7 +142,7 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   const SolidFile file = read_solid(in.files.at("solid"));
   const SolidSamples samples = samples_in_metres(file, scene.metres_per_unit);
   const GaussianCloud object = read_ply(in.files.at("object"));
-  ObjectPrior prior = object_prior(question_of(in, object, run));
+  ObjectPrior prior = object_prior(question_with_view(in, object, run));
   if (!prior.warning.empty()) context.progress.warn(prior.warning);
   const MaterialValues& scene_file = scene.settings.material;
   // Who asks for a material wants its E; else that of the scene file stays.
@@ -221,14 +220,15 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
           {"frequency_hz", shown ? json(frequency) : json()},
           {"frequency_band", prior.frequency ? band_json(*prior.frequency) : json()},
           {"cost", to_json(cost)},
-          {"material", material_to_json(law)}};
+          {"material", material_to_json(law)},
+          {"object", identity_of_object(run)}};
 }
 
 }  // namespace
 
 StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage) {
   check_predict_stage(stage);
-  run.summary("fill", "run `pliant seed` first");
+  check_filled(run);
   StageInputs<PredictStage> in;
   in.options = stage;
   in.parts = {ScenePart::kUp, ScenePart::kMetresPerUnit, ScenePart::kMaterial};
@@ -237,25 +237,19 @@ StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene,
   const std::string folder = object_folder(run);
   in.files = {{"solid", run / (folder + "/solid.h5")}, {"object", run / (folder + "/object.ply")}};
   in.found = extracted(run, {"name"});
+  if (!stage.known.label.empty()) in.found["known"]["label"] = stage.known.label;
+  if (!stage.known.material.empty()) in.found["known"]["material"] = stage.known.material;
   in.outputs = {folder + "/predicted.h5"};
   return in;
 }
 
 json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage) {
   StageInputs<PredictStage> in = inputs_of(run, scene, stage);
-  // A service that gave nothing is asked again.
-  if (!stage.llm_url.empty() && run.has("predict") && run.summary("predict", "").value("unanswered", false))
+  // A service that gave nothing is asked the same again; where another question fails, that prediction stays.
+  if (!stage.llm_url.empty() && run.has("predict") && run.summary("predict", "").value("unanswered", false) &&
+      first_difference(run.manifest()["stages"]["predict"], record_of(key_of(in), context.seed)).empty())
     run.forget("predict");
   return run_stage(context, run, std::move(in), predict_object);
-}
-
-void take_last_options(const RunDirectory& run, PredictStage& stage) {
-  const json last = run.last_record("predict");
-  if (last.is_null()) return;
-  if (last["inputs"].contains("weights"))
-    throw usage_error("predict", "--preview", "would replace a prediction made with --weights",
-                      "give the options of that prediction again");
-  take_recorded(last["options"], options_of(stage));
 }
 
 bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate) {
@@ -263,28 +257,6 @@ bool needs_prediction(const Scene& scene, const PredictStage& stage, const Simul
   const MaterialValues &typed = simulate.material, &file = scene.settings.material;
   const bool known = (typed.young || file.young) && (typed.poisson || file.poisson) && (typed.density || file.density);
   return !known || asks_for_material(stage);
-}
-
-void assume_height(const Context& context, RunDirectory& run, Scene& scene, const PredictStage& stage) {
-  const json& typed = run.scene();
-  std::optional<double> height;
-  if (!typed.contains("metres_per_unit") && !typed.contains("object_height") && !scene.settings.metres_per_unit) {
-    // What was assumed of an object before this one does not hold.
-    scene.object_height = 0;
-    scene.metres_per_unit = 1;
-    // Of a label that only the language model may know, no height is known.
-    const bool by_model = !stage.label.empty() && !stage.llm_url.empty() && !match_label(material_table(), stage.label);
-    const std::string name = by_model ? "" : extracted(run, {"name"})["name"].get<std::string>();
-    const ObjectPrior prior = object_prior({stage.material, by_model ? "" : stage.label, name, {}, {}});
-    if (prior.height) {
-      height = prior.height->typical;
-      context.progress.say(
-          fmt::format("scale: the object is assumed to be {:g} m high, typical of '{}' (override with --object-height)",
-                      prior.height->typical, prior.name));
-    }
-  }
-  record_assumed_height(run, height);
-  scale_by_object(run, scene);
 }
 
 OptionTable options_of(PredictStage& stage) {

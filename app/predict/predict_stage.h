@@ -14,6 +14,13 @@ namespace pliant {
 
 constexpr const char* kAnswers = "llm_answers";  ///< folder of a run directory
 
+struct PriorQuestion;
+
+/// What an earlier prediction took an object for, by its label or a material of the table; both empty = nothing.
+struct TakenFor {
+  std::string label, material;
+};
+
 /// predict: what the object is made of, from its name and its shape -> objects/.../predicted.h5.
 struct PredictStage {
   std::string label;               ///< what the object is; empty = the name that it has
@@ -22,6 +29,7 @@ struct PredictStage {
   std::string weights;             ///< of train-predictor; empty = those that ship
   std::string llm_url, llm_model;
   MaterialValues given;           ///< command line's, which are kept
+  TakenFor known;                 ///< counts where no label or material is named; by it the E of the scene file stays
   std::filesystem::path answers;  ///< folder of the language model's answers; empty = kAnswers of the run
 };
 /// Its options, bound to the fields of `stage`.
@@ -35,6 +43,12 @@ bool asks_for_material(const PredictStage& stage);
 StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage);
 nlohmann::json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage);
 
+/// What is asked of an object of this name, without a language model.
+PriorQuestion question_of(const PredictStage& stage, const std::string& name);
+
+/// Where neither a label nor a material is named: takes over what the prediction that is there took this object for,
+/// and the language model where that alone knows the label.
+void keep_known_object(const RunDirectory& run, PredictStage& stage);
 /// Takes the options of the prediction that is there, if any.  Throws Error{kUsage} where it was made with a network of
 /// its own, whose file is not known.
 void take_last_options(const RunDirectory& run, PredictStage& stage);
@@ -43,8 +57,9 @@ void take_last_options(const RunDirectory& run, PredictStage& stage);
 /// command line asks for a prediction.
 bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate);
 
-/// Where nobody says how large the scene is: its object gets the usual height of what it is named.  What is assumed is
-/// kept in the run directory.
-void assume_height(const Context& context, RunDirectory& run, Scene& scene, const PredictStage& stage);
+/// Where nobody says how large the scene is: its object gets the usual height of what it is named [m], by which `scene`
+/// is scaled.  Once the prediction is there, record_assumed_height keeps it.
+std::optional<double> assume_height(const Context& context, const RunDirectory& run, Scene& scene,
+                                    const PredictStage& stage);
 
 }  // namespace pliant

@@ -10,8 +10,9 @@ nlohmann::json prepare_object(const Context& context, RunDirectory& run, Scene& 
                               SimulateStage& simulate) {
   run_extract(context, run, scene, stages.extract);
   const bool predicts = needs_prediction(scene, stages.predict, simulate);
+  std::optional<double> height;
   if (predicts) {
-    assume_height(context, run, scene, stages.predict);
+    height = assume_height(context, run, scene, stages.predict);
   } else {
     forget_assumed_height(run, scene);
     scale_by_object(run, scene);
@@ -23,6 +24,7 @@ nlohmann::json prepare_object(const Context& context, RunDirectory& run, Scene& 
     PredictStage predict = stages.predict;
     predict.given = simulate.material;
     prediction = run_predict(context, run, scene, predict);
+    record_assumed_height(run, height);
     for (auto* value : {&simulate.material.young, &simulate.material.poisson, &simulate.material.density})
       value->reset();
   } else {
@@ -32,6 +34,14 @@ nlohmann::json prepare_object(const Context& context, RunDirectory& run, Scene& 
   if (seed.drivers == "pgas") seed.material_file = simulate.material_file;
   run_drivers(context, run, scene, seed);
   return prediction;
+}
+
+void start_from_prediction(const nlohmann::json& prediction, const Scene& scene, const PredictStage& asked,
+                           MaterialValues& material) {
+  const MaterialValues& file = scene.settings.material;
+  if (!material.young && (!file.young || asks_for_material(asked))) material.young = prediction["young"];
+  if (!file.poisson && !material.poisson) material.poisson = prediction["poisson"];
+  if (!file.density && !material.density) material.density = prediction["density"];
 }
 
 }  // namespace pliant

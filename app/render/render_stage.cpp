@@ -13,6 +13,7 @@
 #include "app/run/attach_scene.h"
 #include "app/simulate/clip_camera.h"
 #include "app/simulate/moving_scene.h"
+#include "app/store/trajectory.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/video.h"
@@ -38,6 +39,18 @@ void write_contact_sheet(const std::filesystem::path& file, const std::vector<Im
       std::copy_n(pictures[k].at(0, y), width * 3,
                   sheet.at(static_cast<int>(k % columns) * width, static_cast<int>(k / columns) * height + y));
   write_image(file, sheet);
+}
+
+/// Throws Error{kUsage} unless a recording moves the splats that are the object now.
+void check_recording(const InputFiles& files) {
+  const json made_from = json::parse(read_trajectory_provenance(files.at("trajectory")), nullptr, false);
+  const json of = made_from.is_object() ? made_from.value("object", json()) : json();
+  if (of == hash_of_input(files.at("object"))) return;
+  throw usage_error(
+      "--recorded", files.at("trajectory").string(),
+      of.is_null() ? "does not say which object it moves" : "moves an object that has since been replaced by `extract`",
+      "run `pliant simulate DIR --recording FILE` with a recording of the present object, such as one of "
+      "`pliant view DIR`");
 }
 
 /// Eight moments of a clip, evenly spread, at most 640 pixels wide.
@@ -161,7 +174,9 @@ StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, 
 }
 
 json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage) {
-  return run_stage(context, run, inputs_of(run, scene, stage), render_clip);
+  const StageInputs<RenderStage> in = inputs_of(run, scene, stage);
+  if (stage.recorded) check_recording(in.files);
+  return run_stage(context, run, in, render_clip);
 }
 
 OptionTable options_of(RenderStage& stage) {

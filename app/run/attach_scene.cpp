@@ -15,8 +15,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr const char* kAssumedHeight = "assumed_height";
-
 /// What a run directory records of the scene at `place`: a trained scene within the directory moves with it.
 json recorded(const RunDirectory& run, const fs::path& place, const LoadOptions& options) {
   const fs::path within = place.lexically_relative(fs::weakly_canonical(run.path()));
@@ -69,20 +67,6 @@ void keep_mean_up(const RunDirectory& run, Scene& scene, const LoadOptions& opti
   if ((recorded - mean.normalized()).norm() > 1e-9 || recorded == scene.up) return;
   scene.up = recorded;
   scene.up_source = "mean up of the cameras, with which this run was made";
-}
-
-/// The ID of an object by its folder, objects/ID_NAME.
-std::string id_of_folder(const std::string& folder) {
-  const std::string name = fs::path(folder).filename().string();
-  return name.substr(0, name.find('_'));
-}
-
-/// Whether the material of an object is among what a stage has written.
-bool writes_material(const json& record) {
-  const json outputs = record.value("outputs", json::array());
-  return std::any_of(outputs.begin(), outputs.end(), [](const json& output) {
-    return fs::path(output.get<std::string>()).filename() == "material.h5";
-  });
 }
 
 }  // namespace
@@ -183,95 +167,6 @@ Scene load_run_scene(const RunDirectory& run) {
   keep_mean_up(run, scene, options);
   scale_by_object(run, scene);
   return scene;
-}
-
-void scale_by_object(const RunDirectory& run, Scene& scene) {
-  const std::optional<double> assumed = assumed_height(run);
-  if (assumed && !scene.settings.metres_per_unit) scene.object_height = *assumed;
-  if (scene.object_height > 0 && run.has("extract"))
-    scene.metres_per_unit = scene.object_height / extracted(run, {"height"})["height"].get<double>();
-}
-
-std::optional<double> assumed_height(const RunDirectory& run) {
-  const json note = run.note(kAssumedHeight);
-  if (note.is_number()) return note.get<double>();  // of whichever object there is
-  if (!note.is_object() || !run.has("extract")) return std::nullopt;
-  const std::string of = note.value("object", ""), present = object_folder(run);
-  // An object that has been renamed since is the same one.
-  const bool renamed = id_of_folder(of) == id_of_folder(present) && !fs::exists(run / of);
-  return of == present || renamed ? std::optional(note.value("height", 0.0)) : std::nullopt;
-}
-
-void record_assumed_height(RunDirectory& run, const std::optional<double>& metres) {
-  run.set_note(kAssumedHeight, metres ? json{{"height", *metres}, {"object", object_folder(run)}} : json());
-}
-
-void forget_assumed_height(RunDirectory& run, Scene& scene) {
-  if (run.note(kAssumedHeight).is_null()) return;
-  record_assumed_height(run, {});
-  scene.object_height = run.scene().value("object_height", 0.0);
-  if (!run.scene().contains("metres_per_unit") && !scene.settings.metres_per_unit) scene.metres_per_unit = 1;
-}
-
-bool reads_present(const RunDirectory& run, const std::string& stage, const std::string& role) {
-  const json inputs = run.manifest()["stages"][stage].value("inputs", json::object());
-  const fs::path file = run / (object_folder(run) + "/" + role + ".h5");
-  return !inputs.contains(role) || (fs::exists(file) && inputs[role] == hash_of_input(file));
-}
-
-bool predicts_object(const RunDirectory& run) {
-  if (!run.has("predict")) return false;
-  const json& outputs = run.manifest()["stages"]["predict"]["outputs"];
-  return !outputs.empty() && outputs[0] == object_folder(run) + "/predicted.h5";
-}
-
-bool is_fitted(const RunDirectory& run) { return run.has("fit") && writes_material(run.manifest()["stages"]["fit"]); }
-
-bool is_refit_unfinished(const RunDirectory& run) {
-  if (run.has("fit")) return false;
-  const json last = run.last_record("fit");
-  return last.is_object() && last.contains("replaced") && writes_material(last["replaced"]["record"]);
-}
-
-std::string fit_is_of(const RunDirectory& run, const Scene& scene) {
-  if (!is_fitted(run)) return "";
-  const json& record = run.manifest()["stages"]["fit"];
-  if (!reads_present(run, "fit", "particles")) return "other particles";
-  const bool same = record["scene"].value("metres_per_unit", scene.metres_per_unit) == scene.metres_per_unit;
-  return same ? "" : "another scale";
-}
-
-void check_simulated(const RunDirectory& run) {
-  run.summary("simulate", "run `pliant simulate` first");
-  if (!reads_present(run, "simulate", "particles"))
-    throw usage_error(run.path().string(), "simulate", "used particles that have since been replaced by `seed`",
-                      "run `pliant simulate` again");
-}
-
-void check_simulated_with(const RunDirectory& run, const Scene& scene) {
-  check_simulated(run);
-  const json& record = run.manifest()["stages"]["simulate"];
-  const json session = record["summary"].value("session", json::object());
-  const json material = record["inputs"].value("material", json());
-  const fs::path file = run / session.value("material_file", std::string());
-  if (session.contains("material_file") && !material.is_null() && fs::exists(file) && material != hash_of_input(file))
-    throw usage_error(run.path().string(), "simulate", "used a material that has since been replaced",
-                      "run `pliant simulate` again");
-  if (record["scene"].value("metres_per_unit", scene.metres_per_unit) != scene.metres_per_unit)
-    throw usage_error(run.path().string(), "simulate", "used a scale that has since been replaced",
-                      "run `pliant simulate` again");
-}
-
-json extracted(const RunDirectory& run, const std::vector<std::string>& names) {
-  const json& all = run.summary("extract", "run `pliant extract DIR --object NAME` first");
-  json out = json::object();
-  for (const std::string& name : names)
-    if (all.contains(name)) out[name] = all[name];
-  return out;
-}
-
-std::string object_folder(const RunDirectory& run) {
-  return run.summary("extract", "run `pliant extract DIR --object NAME` first")["folder"];
 }
 
 }  // namespace pliant

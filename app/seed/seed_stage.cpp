@@ -108,7 +108,7 @@ json seed_object(const Context& context, const RunDirectory& run, const StageInp
     if (!known)
       context.progress.say(
           "seed: E is assumed to be uniform, so pgas places particles evenly (--material F.h5 gives E(x))");
-    young = known ? given_material(in.files.at("material"), solid.samples.position).young
+    young = known ? given_material(in.files.at("material"), solid.samples.position, &context.progress).young
                   : std::vector<float>(solid.samples.size(), 1.0f);
   }
   if (in.found.contains("cost")) {

@@ -31,9 +31,12 @@ std::vector<int> rows_for(const fs::path& file, const std::string& field, size_t
     return same;
   }
   if (places.empty())
-    throw input_error(file.string(), field,
-                      fmt::format("has {} rows for {} points of the object, and no positions", rows, points.size()),
-                      "it was made for other particles: make it again, or add positions");
+    throw input_error(
+        file.string(), field,
+        fmt::format("has {} rows, the object has {} points, and the file holds no positions to match them by", rows,
+                    points.size()),
+        "it was made before these particles were seeded: fit or simulate again, `seed` with the options "
+        "of then, or add positions to the file");
   check_place(file, fs::path(field).replace_filename("position").string(), places, points);
   return k_nearest(places, points, 1);
 }
@@ -58,7 +61,7 @@ void follow_nodes(const Particles& body, SimulationState& state) {
 
 }  // namespace
 
-ElasticSamples given_material(const fs::path& file, const std::vector<Vec3f>& positions) {
+ElasticSamples given_material(const fs::path& file, const std::vector<Vec3f>& positions, Progress* progress) {
   MaterialFile m;
   if (is_material_field(file)) {
     m = read_material_field(file);
@@ -67,8 +70,14 @@ ElasticSamples given_material(const fs::path& file, const std::vector<Vec3f>& po
     m = read_material(file);
   }
   // A uniform material is that of any particles, wherever its own were.
-  if (is_uniform(m.young) && is_uniform(m.poisson) && is_uniform(m.density) && m.branch.empty())
+  if (is_uniform(m.young) && is_uniform(m.poisson) && is_uniform(m.density) && m.branch.empty()) {
+    if (progress && m.young.size() != positions.size())
+      progress->say(
+          fmt::format("{}: E, nu and rho are the same everywhere: those of its {} samples count for the {} of "
+                      "this object",
+                      file.string(), m.young.size(), positions.size()));
     return ElasticSamples::homogeneous(positions.size(), m.young[0], m.poisson[0], m.density[0]);
+  }
   ElasticSamples solid;
   for (const int row : rows_for(file, "/solid/young", m.young.size(), m.position, positions)) {
     solid.young.push_back(m.young[row]);

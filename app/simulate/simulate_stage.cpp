@@ -9,6 +9,7 @@
 #include "app/simulate/assemble_trajectory.h"
 #include "app/simulate/frame_store.h"
 #include "app/simulate/given_fields.h"
+#include "app/simulate/interactions_file.h"
 #include "app/simulate/motion.h"
 #include "app/simulate/simulated_body.h"
 #include "app/simulate/simulation_plan.h"
@@ -18,7 +19,6 @@
 #include "app/store/velocity.h"
 #include "fitting/modal/dissipation.h"
 #include "gaussians/base/error.h"
-#include "gaussians/io/files/files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/splats/ply.h"
 #include "physics/laws/law.h"
@@ -101,14 +101,25 @@ bool is_output_of_fit(const RunDirectory& run, const std::string& file) {
   return std::find(outputs.begin(), outputs.end(), file) != outputs.end();
 }
 
-/// Metres per unit with which the material was predicted.
-double scale_of_prediction(const RunDirectory& run, const Scene& scene) {
-  const json& record = run.manifest()["stages"]["predict"];
-  return record.value("scene", json::object()).value("metres_per_unit", scene.metres_per_unit);
+/// Throws Error{kUsage} for a prediction that is not of the object, the scale and the scene file as they are now.
+void check_predicted(const RunDirectory& run, const Scene& scene) {
+  std::string of = prediction_is_of(run, scene);
+  if (const std::string changed = of.empty() ? changed_since_prediction(run, scene) : ""; !changed.empty())
+    of = "made before scene.json was changed (" + changed + ")";
+  if (!of.empty())
+    throw usage_error("simulate", "", "would use a prediction " + of,
+                      "run `pliant predict` again, or give --young, --poisson and --density");
 }
 
 /// What the command line and the scene file say nothing of, beside an E of their own, is as predicted.
-void take_predicted(const json& prediction, const MaterialValues& file, MaterialValues& typed) {
+void take_predicted(const RunDirectory& run, const Scene& scene, MaterialValues& typed) {
+  const json& prediction = run.summary("predict", "");
+  const MaterialValues& file = scene.settings.material;
+  const bool known = (typed.poisson || file.poisson) && (typed.density || file.density);
+  if (const std::string changed = changed_since_prediction(run, scene); !known && !changed.empty())
+    throw usage_error("simulate", "",
+                      "would take nu or rho from a prediction made before scene.json was changed (" + changed + ")",
+                      "run `pliant predict` again, or give --poisson and --density");
   if (!typed.poisson && !file.poisson) typed.poisson = prediction["poisson"].get<double>();
   if (!typed.density && !file.density) typed.density = prediction["density"].get<double>();
   if (typed.law.empty() && file.law.empty()) take_law(prediction["material"], typed);
@@ -120,7 +131,7 @@ std::string recorded_path(const RunDirectory& run, const fs::path& file) {
   return relative.empty() || *relative.begin() == ".." ? fs::absolute(file).string() : relative.string();
 }
 
-json simulate_object(const Context& context, const RunDirectory& run, const StageInputs<SimulateStage>& in,
+json simulate_object(const Context& context, RunDirectory& run, const StageInputs<SimulateStage>& in,
                      const std::string& provenance) {
   const SimulateStage& stage = in.options;
   const Scene& scene = in.scene;
@@ -131,8 +142,8 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
       fields ? check_material(scene, stage.material, predicted ? SetBy::kPrediction : SetBy::kFields)
              : check_material(scene, stage);
   ParticleFile particles = read_particles(in.files.at("particles"));
-  ElasticSamples solid =
-      fields ? given_material(in.files.at("material"), particles.solid_position) : solid_material(particles, material);
+  ElasticSamples solid = fields ? given_material(in.files.at("material"), particles.solid_position, &context.progress)
+                                : solid_material(particles, material);
   if (const std::string doubt = given ? unit_doubt(solid) : ""; !doubt.empty())
     context.progress.warn(stage.material_file + " " + doubt);
   // A law on the command line is not that of a fitted branch.
@@ -189,7 +200,7 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
     write_image(run / "stiffness.png",
                 stiffness_sheet(read_ply(in.files.at("object")), scene.up, body.file.solid_position, solid.young,
                                 "Young's modulus E of the object"));
-  write_text(run / "interactions.json", plan.script.dump(2) + "\n");
+  record_loads(context, run, plan.script);
   write_trajectory(out, trajectory, provenance);
   frames.remove();
 
@@ -248,7 +259,7 @@ json simulate_object(const Context& context, const RunDirectory& run, const Stag
 
 StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene, const SimulateStage& stage) {
   const std::string folder = object_folder(run);
-  run.summary("seed", "run `pliant seed` first");
+  check_seeded(run);
   const bool physgaussian = !stage.physgaussian.empty();
   const bool fitted = !physgaussian && stage.use_fit && is_fitted(run) && !stage.material.young;
   const bool unfinished = is_refit_unfinished(run);
@@ -263,11 +274,7 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
   // Fields come from files that the user gives, else from the fit: the material, and how the motion started, once more.
   const bool given = !stage.material_file.empty(), started = !stage.velocity_file.empty();
   const bool predicted = !physgaussian && !given && !fitted && !stage.material.young && run.has("predict");
-  if (predicted && !predicts_object(run))
-    throw usage_error("simulate", "", "would use a prediction of another object",
-                      "run `pliant predict` again, or give --young, --poisson and --density");
-  if (predicted && scale_of_prediction(run, scene) != scene.metres_per_unit)
-    throw usage_error("simulate", "", "would use a prediction made with another scale", "run `pliant predict` again");
+  if (predicted) check_predicted(run, scene);
   const fs::path velocity_file = started ? fs::path(stage.velocity_file) : run / (folder + "/velocity.h5");
   const bool replay = started || (fitted && !given && stage.interactions.empty() && starts_moving(velocity_file));
 
@@ -313,7 +320,7 @@ StageInputs<SimulateStage> inputs_of(const RunDirectory& run, const Scene& scene
       take_law(prediction["material"], in.options.material);
   }
   if (!physgaussian && !given && !fitted && !predicted && predicts_object(run))
-    take_predicted(run.summary("predict", ""), in.scene.settings.material, in.options.material);
+    take_predicted(run, in.scene, in.options.material);
   if (!physgaussian)
     in.found["material"] = material_to_json(check_material(in.scene, in.options.material,
                                                            predicted ? SetBy::kPrediction

@@ -21,7 +21,7 @@ struct MaterialFile {
 
 void write_material(const std::filesystem::path& file, const MaterialFile& material,
                     const std::string& provenance_json);
-/// Positions and volumes that the file lacks are taken from particles.h5 beside it when there is one.
+/// Positions and volumes that the file lacks are taken from particles.h5 beside it when that has as many samples.
 /// Values must be possible: young > 0, -1 < poisson < 0.5, density > 0, branch [S, 3] (shear, lambda, viscosity) > 0.
 MaterialFile read_material(const std::filesystem::path& file);
 

@@ -108,6 +108,8 @@ void write_trajectory(const fs::path& file, const TrajectoryFile& t, const std::
   });
 }
 
+std::string read_trajectory_provenance(const fs::path& file) { return Hdf5Reader(file).text("/", "provenance"); }
+
 TrajectoryFile read_trajectory(const fs::path& file, const std::string& object) {
   const Hdf5Reader in(file);
   TrajectoryFile t;

@@ -42,6 +42,8 @@ std::string group_name(std::string object);
 
 void write_trajectory(const std::filesystem::path& file, const TrajectoryFile& trajectory,
                       const std::string& provenance_json);
+/// What write_trajectory was given besides the motion.
+std::string read_trajectory_provenance(const std::filesystem::path& file);
 /// Reads the object of that name; an empty name takes the only one.
 TrajectoryFile read_trajectory(const std::filesystem::path& file, const std::string& object = "");
 

@@ -89,6 +89,33 @@ TEST(RunReport, AnEThatWasFittedIsNotAssumed) {
   }
 }
 
+TEST(RunReport, WhatAFitOrASimulationHasFromElsewhereIsNotAssumed) {
+  json stages = predicted_stages();
+  using Said = std::vector<bool>;  // E, nu, rho and the sway
+  const auto says = [&] {
+    const std::string report = report_of(stages);
+    Said said;
+    for (const char* word : {"mean of Young's modulus", "Poisson's ratio", "density [kg/m^3]", "sway frequency"})
+      said.push_back(report.find(word) != std::string::npos);
+    return said;
+  };
+  json &simulate = stages["simulate"]["found"], &fit = stages["fit"];
+  simulate["fitted"] = true;
+  fit["found"]["material"] = {{"young", 0.3}, {"poisson", 0.3}, {"density", 0.3}};
+  EXPECT_EQ(says(), (Said{false, true, true, false}));
+  fit["found"]["material"]["poisson"] = 0.4;
+  EXPECT_EQ(says(), (Said{false, false, true, false}));
+  fit["inputs"]["initial_material"] = "the hash of a file";
+  EXPECT_EQ(says(), (Said{false, false, false, false}));
+  simulate["fitted"] = false;
+  simulate["material"] = {{"young", 7}, {"poisson", 0.3}, {"density", 0.3}};
+  EXPECT_EQ(says(), (Said{false, true, true, false}));
+  stages["simulate"]["inputs"]["material"] = "the hash of a file";
+  EXPECT_EQ(says(), (Said{false, false, false, false}));
+  simulate["predicted"] = "palm";
+  EXPECT_EQ(says(), (Said{true, true, true, true}));
+}
+
 TEST(QuotedWord, IsReadByAShellAsItIs) {
   const std::vector<std::string> words = {"run a", "potted palm", "it's", "",  "$HOME", "a;b", "*",    "~",
                                           "a\nb",  "\"",          "\\",   "#", "`ls`",  "é",   "--x=1"};

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/store/material.h"
+#include "app/store/particles.h"
 #include "app/store/segmentation.h"
 #include "gaussians/base/random.h"
 #include "gaussians/io/files/files.h"
@@ -356,7 +357,17 @@ TEST(EvaluateMaterial, AFactorOfTenIsOneDecadeAndVolumesWeigh) {
   EXPECT_NEAR(out["poisson_error"].get<double>(), 0.05, 1e-6);
   EXPECT_NEAR(out["density_relative_error"].get<double>(), 0.05, 1e-6);
   write_material(folder / "bare.h5", {{1}, {0.3f}, {1}, "x", {}, {}}, "{}");
-  expect_error(Failure::kInput, {"bare.h5", "position"},
+  expect_error(Failure::kInput, {"bare.h5", "position", "no particles.h5 of as many samples"},
+               [&] { evaluate_material(folder / "bare.h5", folder / "truth.h5"); });
+  // Two samples beside one value.
+  ParticleFile particles;
+  particles.solid_position = pred.position;
+  particles.solid_volume = pred.volume;
+  particles.solid_driver = {0, 0};
+  particles.driving_position = {Vec3f(1, 0, 0)};
+  particles.driving_volume = {2};
+  write_particles(folder / "particles.h5", particles, "{}");
+  expect_error(Failure::kInput, {"bare.h5", "position", "no particles.h5 of as many samples"},
                [&] { evaluate_material(folder / "bare.h5", folder / "truth.h5"); });
 }
 

@@ -15,6 +15,7 @@
 #include "app/store/particles.h"
 #include "app/store/trajectory.h"
 #include "gaussians/io/files/files.h"
+#include "gaussians/io/splats/ply.h"
 #include "tests/app/live/inbox.h"
 #include "tests/app/live/view_until.h"
 #include "tests/app/moving_run.h"
@@ -47,6 +48,17 @@ class View : public MovingRun {
     fs::remove_all(recordings());
   }
   static fs::path recordings() { return folder / "run/recordings"; }
+  /// A recording in which nothing is done.
+  json still_recording(int frames) const {
+    return {{"format", "pliant-recording"},
+            {"version", 2},
+            {"drivers", live_->drivers()},
+            {"clustered_to", 0},
+            {"start_frame", 0},
+            {"solver_fps", 60},
+            {"frames", frames},
+            {"commands", json::array()}};
+  }
 
   std::unique_ptr<RunDirectory> run_;
   std::shared_ptr<const LiveScene> live_;
@@ -261,17 +273,47 @@ TEST_F(View, WhatWasDoneIsKeptAndGivesTheSameMotion) {
   EXPECT_NE(run_quietly({"simulate", (folder / "run").string(), "--recording", (folder / "damaged.json").string()}), 0);
 }
 
+// `extract` writes another object of the same name into the same folder.
+TEST_F(View, AClipOfARecordingIsOfTheObjectThatWasMoved) {
+  write_text(folder / "still.json", still_recording(2).dump());
+  const std::string run = (folder / "run").string();
+  const auto said = [](std::vector<std::string> words, int code) {
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(run_quietly(std::move(words)), code);
+    return ::testing::internal::GetCapturedStderr();
+  };
+  const std::vector<std::string> replay = {"simulate", run, "--recording", (folder / "still.json").string()},
+                                 film = {"render", run, "--recorded", "--no-orbit", "--size", "64x48"};
+  said(replay, 0);
+  said(film, 0);
+  const fs::path object = *run_ / object_folder(*run_), splats = object / "object.ply";
+  const std::string whole = read_text(splats);
+  GaussianCloud other = read_ply(splats);
+  for (Vec3f& x : other.position) x.x() += 0.01f;
+  write_ply(splats, other);
+  for (const auto& command : {film, replay}) {
+    const std::string refused = said(command, 2);
+    for (const char* word : {"moved another object", "pliant seed"})
+      EXPECT_NE(refused.find(word), std::string::npos) << refused;
+  }
+  write_text(splats, whole);
+  said(film, 0);
+  // Seeded and simulated again, and not replayed.
+  const auto made_from = [&](const std::string& provenance) {
+    write_trajectory(object / "recording.h5", read_trajectory(object / "recording.h5"), provenance);
+    return said(film, 2);
+  };
+  const std::string earlier = made_from(R"({"object": "of then"})");
+  for (const char* word :
+       {"--recorded", "recording.h5", "replaced by `extract`", "pliant simulate DIR --recording FILE"})
+    EXPECT_NE(earlier.find(word), std::string::npos) << earlier;
+  // One that does not say what it is of, as those of earlier versions.
+  EXPECT_NE(made_from(R"({"recording": "of then"})").find("does not say which object"), std::string::npos);
+}
+
 TEST_F(View, ARecordingThatWouldNotFitIntoMemoryIsRefused) {
   ASSERT_GT(live_->drivers(), 200u);
-  const json recording = {{"format", "pliant-recording"},
-                          {"version", 2},
-                          {"drivers", live_->drivers()},
-                          {"clustered_to", 0},
-                          {"start_frame", 0},
-                          {"solver_fps", 60},
-                          {"frames", 1'000'000},
-                          {"commands", json::array()}};
-  write_text(folder / "long.json", recording.dump());
+  write_text(folder / "long.json", still_recording(1'000'000).dump());
   const std::string run = (folder / "run").string();
   ::testing::internal::CaptureStderr();
   EXPECT_EQ(run_quietly({"simulate", run, "--recording", (folder / "long.json").string()}), 1);

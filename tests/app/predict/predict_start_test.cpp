@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/predict/prepare_object.h"
 #include "app/run/attach_scene.h"
 #include "app/store/trajectory.h"
 #include "tests/app/predict/predict_case.h"
@@ -24,6 +25,31 @@ TEST_F(Predict, RunRefusesContradictionsAndUnknownWordsBeforeAnyWork) {
     EXPECT_EQ(run(words), static_cast<int>(Failure::kUsage)) << words[0] << " " << words[1];
     EXPECT_FALSE(fs::exists(folder_ / "run/segmentation.h5")) << words[0] << " " << words[1];
   }
+}
+
+TEST(StartFromPrediction, IsTheEOfTheSceneFileUnlessAPredictionIsAskedFor) {
+  Scene scene;
+  scene.settings.material.young = 2e4;
+  scene.settings.material.poisson = 0.2;
+  const json prediction = {{"young", 5e5}, {"poisson", 0.4}, {"density", 700}};
+  const auto start = [&](const PredictStage& asked, const MaterialValues& typed = {}) {
+    MaterialValues material = typed;
+    start_from_prediction(prediction, scene, asked, material);
+    EXPECT_FALSE(material.poisson) << "that of the scene file";
+    EXPECT_EQ(material.density, 700);
+    return material.young;
+  };
+  EXPECT_EQ(start({}), std::nullopt);
+  PredictStage label, softness;
+  label.label = "rose";
+  softness.softness = 0.5;
+  EXPECT_EQ(start(label), 5e5);
+  EXPECT_EQ(start(softness), 5e5);
+  MaterialValues typed;
+  typed.young = 3e4;
+  EXPECT_EQ(start(label, typed), 3e4);
+  scene.settings.material.young.reset();
+  EXPECT_EQ(start({}), 5e5);
 }
 
 TEST_F(Predict, WhatWasPredictedOfAnObjectIsNotThatOfAnother) {

@@ -33,6 +33,45 @@ TEST(GivenFields, AUniformMaterialIsThatOfAnyParticlesAndOthersNeedPositions) {
   EXPECT_EQ(given().young, (std::vector<float>{2e5, 3e5, 3e5}));
 }
 
+// particles.h5 beside a material is seeded anew with another number of samples.
+TEST(GivenFields, AMaterialFromBeforeParticlesWereSeededAnewCountsWhereItIsUniform) {
+  const TemporaryFolder folder;
+  ParticleFile particles;
+  particles.solid_position = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(2, 0, 0)};
+  particles.solid_volume.assign(3, 1);
+  particles.solid_driver.assign(3, 0);
+  particles.driving_position = {Vec3f(1, 0, 0)};
+  particles.driving_volume = {3};
+  particles.cell_size = 1;
+  write_particles(folder / "particles.h5", particles, "{}");
+  std::vector<std::string> said;
+  Progress progress(true);
+  progress.listen([&](const ProgressEvent& event) { said.push_back(event.text); });
+  MaterialFile material;
+  material.source = "made";
+  const auto given = [&](std::vector<float> young) {
+    said.clear();
+    material.young = young;
+    material.poisson.assign(young.size(), 0.3f);
+    material.density.assign(young.size(), 400);
+    write_material(folder / "material.h5", material, "{}");
+    return given_material(folder / "material.h5", particles.solid_position, &progress).young;
+  };
+  for (const size_t count : {1u, 2u, 5u}) {
+    EXPECT_EQ(given(std::vector<float>(count, 2e5f)), std::vector<float>(3, 2e5f));
+    ASSERT_EQ(said.size(), 1u) << count;
+    for (const std::string& word :
+         {std::string("material.h5"), std::to_string(count) + " samples", std::string("3 of")})
+      EXPECT_NE(said[0].find(word), std::string::npos) << said[0];
+  }
+  EXPECT_EQ(given({2e5f, 2e5f, 2e5f}), std::vector<float>(3, 2e5f));
+  EXPECT_TRUE(said.empty());
+  EXPECT_EQ(given({2e5f, 3e5f, 4e5f}), (std::vector<float>{2e5f, 3e5f, 4e5f}));
+  expect_error(Failure::kInput, {"material.h5", "/solid/young", "2 rows", "3 points", "seed"}, [&] {
+    given({2e5f, 3e5f});
+  });
+}
+
 TEST(GivenFields, SamplesThatLieElsewhereAreRefused) {
   const TemporaryFolder folder;
   const std::vector<Vec3f> samples = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(2, 1, 0)};
