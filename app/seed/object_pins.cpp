@@ -14,12 +14,21 @@ using nlohmann::json;
 
 namespace {
 
-/// What the scene file and --pin-below hold, in scene units.
-std::vector<Region> given_regions(const Scene& scene, const FillStage& stage) {
+/// What the scene file holds of the object, and --pin-below, in scene units.
+std::vector<Region> given_regions(const Context& context, const Scene& scene, const FillStage& stage,
+                                  const SolidSamples& samples) {
   std::vector<Region> pins;
-  for (const SceneFile::Region& region : scene.settings.pinned) {
+  for (size_t k = 0; k < scene.settings.pinned.size(); ++k) {
+    const SceneFile::Region& region = scene.settings.pinned[k];
     const Vec3d low = region.low.cast<double>();
-    pins.push_back(region.sphere ? Region::sphere(low, region.high.x()) : Region::box(low, region.high.cast<double>()));
+    const Region pin =
+        region.sphere ? Region::sphere(low, region.high.x()) : Region::box(low, region.high.cast<double>());
+    if (std::any_of(samples.position.begin(), samples.position.end(),
+                    [&](const Vec3f& x) { return pin.contains(x.cast<double>()); }))
+      pins.push_back(pin);
+    else
+      context.progress.warn(
+          fmt::format("{}: pinned[{}] holds nothing of this object and is left out", scene.settings.file.string(), k));
   }
   if (stage.pin_below) pins.push_back(Region::half_space(scene.up * *stage.pin_below, scene.up));
   return pins;
@@ -31,8 +40,9 @@ struct FoundHold {
   std::string support;  ///< that touches the object; empty = none, and the region is the object's lowest tenth
 };
 
+/// `given`: whether something else holds the object.
 std::optional<FoundHold> find_hold(const Scene& scene, const FillStage& stage, const GaussianCloud& object,
-                                   const json& extract) {
+                                   const json& extract, bool given) {
   if (!stage.pin_contact || stage.pin_below) return std::nullopt;
   if (extract.contains("contact")) {
     const json& contact = extract["contact"];
@@ -40,7 +50,7 @@ std::optional<FoundHold> find_hold(const Scene& scene, const FillStage& stage, c
     const Vec3d normal(contact["normal"][0], contact["normal"][1], contact["normal"][2]);
     return FoundHold{Region::half_space(point + normal * contact["band"].get<double>(), normal), contact["support"]};
   }
-  if (!scene.settings.pinned.empty()) return std::nullopt;
+  if (given) return std::nullopt;
   const Framing framing = robust_framing(object, scene.up);
   const double height = framing.high.z() - framing.low.z();
   return FoundHold{Region::half_space(scene.up * (framing.low.z() + kHeldShare * height), scene.up), ""};
@@ -100,8 +110,8 @@ void require_free(const Scene& scene, const FillStage& stage, const std::vector<
 
 std::vector<Region> object_pins(const Context& context, const Scene& scene, const FillStage& stage, const json& extract,
                                 const GaussianCloud& object, const SolidSamples& samples) {
-  std::vector<Region> pins = given_regions(scene, stage);
-  if (const std::optional<FoundHold> found = find_hold(scene, stage, object, extract))
+  std::vector<Region> pins = given_regions(context, scene, stage, samples);
+  if (const std::optional<FoundHold> found = find_hold(scene, stage, object, extract, !pins.empty()))
     if (const std::optional<Region> hold = hold_of(context, *found, samples)) pins.push_back(*hold);
   if (!pins.empty()) require_free(scene, stage, pins, samples);
   return pins;

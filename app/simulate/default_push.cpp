@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/import/interactions.h"
@@ -79,6 +80,7 @@ json sized_push(const Context& context, const SimulateOptions& simulate, const s
                 const json& extract, const Scene& scene, const SimulateStage& stage, const SimulatedBody& body,
                 std::vector<Interaction> held, double start, json& push) {
   constexpr double kPushDuration = 0.3;  // s
+  constexpr double kFar = 0.7;           // factor of 2, as a logarithm
   const Camera camera = clip_camera(scene, "", robust_bounds(read_ply(object)));
   const Vec3d right = camera.cam_from_world.linear().row(0).transpose();
   const ObjectTip tip = tip_of(body, scene);
@@ -96,6 +98,7 @@ json sized_push(const Context& context, const SimulateOptions& simulate, const s
     sizing.simulate.gravity.setZero();
     sizing.simulate.settle_time = 0;
   }
+  sizing.loose_share = 0.1;
   sizing.scale_on_body = true;
   constexpr int kPercent = 100;
   sizing.go_on = [&](double share) {
@@ -109,6 +112,11 @@ json sized_push(const Context& context, const SimulateOptions& simulate, const s
   context.progress.say(fmt::format("simulate: no interactions given: one push of {:.3g} N at the {}, from {} s to {} s",
                                    size.newtons, tip.top ? "top" : "end farthest from what holds it", start,
                                    start + kPushDuration));
+  if (std::abs(std::log(size.peak_fraction / stage.push)) > kFar)
+    context.progress.warn(fmt::format(
+        "a push that moves the object by {:.3g} % of its height was not found, this one moved it by {:.3g} % "
+        "in a trial; give another --auto-push, or loads with --interactions",
+        100 * stage.push, 100 * size.peak_fraction));
   return json::array({push_row(place, size.newtons, start, kPushDuration, scene.metres_per_unit)});
 }
 

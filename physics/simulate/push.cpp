@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <utility>
 
 #include "gaussians/base/error.h"
 #include "physics/body/driving_particles.h"
@@ -96,6 +98,21 @@ bool starts_as_captured(const SimulateOptions& options, const Particles& body,
   return schedule.cancels_gravity(0) || options.settle_time == 0 || options.gravity.isZero();
 }
 
+/// The displacement that all but `loose_share` of the mass of these particles stays below.
+double displacement(const Particles& body, const std::vector<int>& touched, double loose_share,
+                    const SimulationState& start, const SimulationState& now) {
+  std::vector<std::pair<float, float>> moved;  // displacement, mass
+  double loose = 0;
+  for (const int p : touched) {
+    moved.emplace_back((now.x[p] - start.x[p]).norm(), body.mass[p]);
+    loose += loose_share * body.mass[p];
+  }
+  std::sort(moved.begin(), moved.end(), std::greater<>());
+  for (const auto& [way, mass] : moved)
+    if ((loose -= mass) < 0) return way;
+  return 0;
+}
+
 /// What a load of a length does: the peak displacement, relative to the height.
 struct Trial {
   double length = 0, peak = 0;
@@ -121,10 +138,13 @@ class Trials {
     script.push_back(load_);
     script.back().region = region;
     script.back().vector = length * load_.vector.normalized();
+    std::vector<int> counted;
+    for (size_t p = 0; p < body.size(); ++p)
+      if (!options_.loose_share || region.contains(body.position[p].cast<double>()))
+        counted.push_back(static_cast<int>(p));
     double peak = 0;
     simulate<float>(simulate_, body, script, start, [&](const SimulationState& s) {
-      double moved = 0;
-      for (size_t i = 0; i < s.size(); ++i) moved = std::max(moved, static_cast<double>((s.x[i] - start.x[i]).norm()));
+      const double moved = displacement(body, counted, options_.loose_share.value_or(0), start, s);
       peak = std::max(peak, moved);
       tell(s.frame > 0 ? work_of_frame : 0);
       return s.time < load_.start + options_.duration || moved >= kPast * peak;
@@ -133,8 +153,8 @@ class Trials {
     return {length, peak / height_};
   }
 
-  /// So much work was done, or need not be.
-  void set_done(double work) { done_ = work; }
+  /// So much work was done at least, or need not be.
+  void set_done(double work) { done_ = std::max(done_, work); }
 
  private:
   void tell(double work) {
@@ -150,12 +170,27 @@ class Trials {
   double height_, work_, done_ = 0;
 };
 
+/// The strongest trial that is too weak and the weakest that is strong enough.
+struct Bracket {
+  const Trial *weak = nullptr, *strong = nullptr;
+};
+Bracket bracket_of(const std::vector<Trial>& trials, double wanted) {
+  Bracket found;
+  for (const Trial& t : trials) {
+    const Trial*& end = t.peak < wanted ? found.weak : found.strong;
+    if (!end || (t.peak < wanted ? t.length > end->length : t.length < end->length)) end = &t;
+  }
+  return found;
+}
+
 /// What to try next: a length in proportion to the last trial's, from the third trial on one along the line of log peak
 /// over log length through the last two; between the trials that were too weak and too strong, because the peak grows
-/// with the load.
-double next_length(const std::vector<Trial>& trials, double wanted) {
-  constexpr double kLargestStep = 1e3, kFlattest = 0.5, kSteepest = 2, kMargin = 0.1;
+/// with the load, and after `usual` trials in their middle.
+double next_length(const std::vector<Trial>& trials, double wanted, double largest_step, size_t usual) {
+  constexpr double kFlattest = 0.5, kSteepest = 2, kMargin = 0.1;
   const Trial& last = trials.back();
+  const auto [weak, strong] = bracket_of(trials, wanted);
+  if (weak && strong && trials.size() >= usual) return std::sqrt(weak->length * strong->length);
   double slope = 1;
   if (trials.size() > 2) {
     const Trial& before = trials[trials.size() - 2];
@@ -163,12 +198,7 @@ double next_length(const std::vector<Trial>& trials, double wanted) {
     if (line > 0) slope = std::clamp(line, kFlattest, kSteepest);
   }
   const double length =
-      last.length * std::clamp(std::pow(wanted / last.peak, 1 / slope), 1 / kLargestStep, kLargestStep);
-  const Trial *weak = nullptr, *strong = nullptr;
-  for (const Trial& t : trials) {
-    if (t.peak < wanted && (!weak || t.length > weak->length)) weak = &t;
-    if (t.peak >= wanted && (!strong || t.length < strong->length)) strong = &t;
-  }
+      last.length * std::clamp(std::pow(wanted / last.peak, 1 / slope), 1 / largest_step, largest_step);
   if (!weak || !strong || (weak->length < length && length < strong->length)) return length;
   const double share = std::log(wanted / weak->peak) / std::log(strong->peak / weak->peak);
   return weak->length * std::pow(strong->length / weak->length, std::clamp(share, kMargin, 1 - kMargin));
@@ -199,6 +229,8 @@ double first_length(const PushOptions& options, const Interaction& load, double 
 LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                    const Interaction& load) {
   constexpr double kNear = 0.05, kNearEnough = 0.3;  // where the body itself has the last word
+  constexpr double kFar = 0.5;                       // where scaling cannot be relied on
+  constexpr size_t kMostTrials = 10;
   require(particles.size() > 0, "particles", 0, "seed the object first; it has no driving particle");
   require(load.vector.norm() > 0 && load.vector.allFinite(), "direction", load.vector.norm(),
           "give a direction that is not zero");
@@ -223,24 +255,38 @@ LoadSize size_load(const PushOptions& options, const Particles& particles, const
   const double frames = std::lround(clip.fps * clip.duration), coarse_work = frames * options.trials;
   Trials trials(options, clip, interactions, load, height, coarse_work + (scaled ? frames * cost : 0));
 
+  // What nothing holds slides or rolls away as soon as it moves at all.
+  const double largest_step = LoadSchedule<float>(clip, particles, interactions).pinned(0) ? 1e3 : 10;
   const Region region = widened(load.region, body.cell_size);
   std::vector<Trial> found;
-  double length = first_length(options, load, body.total_mass(), height);
-  while (static_cast<int>(found.size()) < options.trials) {
-    found.push_back(trials.run(body, start, region, length, 1));
-    if (miss(found.back()) < (scaled ? kNearEnough : kNear)) break;
-    length = next_length(found, wanted);
-  }
   const auto nearer = [&](const Trial& a, const Trial& b) {
     return std::abs(std::log(a.peak / wanted)) < std::abs(std::log(b.peak / wanted));
   };
-  Trial best = *std::min_element(found.begin(), found.end(), nearer);
+  const auto best_found = [&] { return *std::min_element(found.begin(), found.end(), nearer); };
+  const size_t usual = options.trials;
+  double length = first_length(options, load, body.total_mass(), height);
+  while (found.size() < usual || (miss(best_found()) >= kNearEnough && found.size() < kMostTrials)) {
+    found.push_back(trials.run(body, start, region, length, 1));
+    if (miss(found.back()) < (scaled ? kNearEnough : kNear)) break;
+    length = next_length(found, wanted, largest_step, usual);
+  }
+  Trial best = best_found();
+  // Too little is better than a body that is thrown away.
+  if (const Bracket bracket = bracket_of(found, wanted); miss(best) >= kNearEnough && bracket.weak)
+    best = *bracket.weak;
   if (!scaled) return {best.length, best.peak, static_cast<int>(found.size())};
 
   trials.set_done(coarse_work);
-  best = trials.run(particles, initial_state(particles), load.region, best.length, cost);
-  if (miss(best) >= kNear) best = {best.length * wanted / best.peak, wanted};
-  return {best.length, best.peak, static_cast<int>(found.size()) + 1};
+  int tried = static_cast<int>(found.size());
+  for (int k = 0; k < 2; ++k) {
+    best = trials.run(particles, initial_state(particles), load.region, best.length, cost);
+    ++tried;
+    if (miss(best) < kNear) break;
+    const bool near = miss(best) < kFar;
+    best = {best.length * wanted / best.peak, wanted};
+    if (near) break;
+  }
+  return {best.length, best.peak, tried};
 }
 
 PushSize size_push(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,

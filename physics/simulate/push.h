@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "physics/simulate/simulate.h"
@@ -14,9 +15,12 @@ struct PushOptions {
   double fraction = 0.15;    ///< wanted peak displacement from the first frame / height
   double duration = 0.5;     ///< s for which the push lasts
   int max_particles = 2000;  ///< of the trial body
-  int trials = 3;            ///< of the trial body, at most
-  /// The load found on the trial body is tried once on the body itself and scaled by what it does there; not for a body
-  /// that would have to settle or to find its rest shape first.
+  /// Of the touched mass: what moves farthest of it and does not count, such as a petal that flaps; none = the
+  /// farthest of the whole body counts.
+  std::optional<double> loose_share;
+  int trials = 3;  ///< of the trial body, at most, where one of them comes near; else up to 10
+  /// The load found on the trial body is tried on the body itself and scaled by what it does there, twice where that
+  /// is far from what is wanted; not for a body that would have to settle or to find its rest shape first.
   bool scale_on_body = false;
   std::function<bool(double)> go_on;  ///< told the share of the work that is done; false ends it with
                                       ///< Error{kInterrupted}
@@ -31,13 +35,13 @@ struct PushSize {
 /// How long the vector of a load must be.
 struct LoadSize {
   double length = 0;         ///< in the units of its vector
-  double peak_fraction = 0;  ///< of the trial that came nearest to the wanted one; that, where it was scaled to it
+  double peak_fraction = 0;  ///< of the trial that was chosen; the wanted one, where it was scaled to it
   int trials = 0;
 };
 /// Length of `load`'s vector with which it moves the body by `fraction` of its height at most, found by short trials of
 /// the dynamics themselves on a body of `max_particles`: a small load first, then a search for the root of log peak
-/// over log length.  Its vector gives the direction.  `interactions` are the pins and the ground of the real run.
-/// Throws Error{kUsage} when it touches nothing.
+/// over log length, by halves where they jump, as where friction holds.  Its vector gives the direction. `interactions`
+/// are the pins and the ground of the real run. Throws Error{kUsage} when it touches nothing.
 LoadSize size_load(const PushOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
                    const Interaction& load);
 

@@ -80,6 +80,21 @@ TEST_F(ObjectPins, ThatTouchAWholeObjectReachUpToHalfOfIt) {
   EXPECT_NE(said_.find("up to half"), std::string::npos) << said_;
 }
 
+TEST_F(ObjectPins, OfTheSceneFileThatHoldAnotherObjectAreLeftOut) {
+  const Block block(10);
+  SceneFile::Region& elsewhere = scene_.settings.pinned.emplace_back();
+  elsewhere.low = Vec3f(5, 5, 5);
+  elsewhere.high = Vec3f(6, 6, 6);
+  scene_.settings.file = "scene.json";
+  // The object is held as if they were not there.
+  EXPECT_NEAR(block.held(pins(block)), 0.1, 0.05);
+  EXPECT_NE(said_.find("pinned[0] holds nothing"), std::string::npos) << said_;
+  scene_.settings.pinned.emplace_back();
+  scene_.settings.pinned[1].low = Vec3f(-1, -1, 0.9f);
+  scene_.settings.pinned[1].high = Vec3f(1, 1, 1.045f);
+  EXPECT_NEAR(block.held(pins(block)), 0.5, 1e-6);
+}
+
 TEST_F(ObjectPins, HoldNothingOfASheet) {
   const Block sheet(1);
   EXPECT_TRUE(pins(sheet).empty());

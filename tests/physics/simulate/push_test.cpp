@@ -191,6 +191,47 @@ TEST(Push, OfAFreeBodyIsNotSizedAgainstItsSag) {
   }
 }
 
+TEST(Push, ThatAFreeBodyOnTheGroundStandsIsFoundBetweenStickingAndSlidingAway) {
+  // Below the friction of the ground it hardly moves, and far above it flies off.
+  constexpr double kFriction = 0.5, kGravity = 9.81;
+  const Particles particles = fixture::block<float>({0.04, 0.04, 0.04}, 0.01, 0.0, 2e5);
+  Interaction ground;
+  ground.type = InteractionType::kGround;
+  ground.region = Region::half_space(Vec3d::Zero(), Vec3d::UnitZ());
+  ground.friction = kFriction;
+  PushOptions options;
+  options.simulate.fps = 100;
+  options.simulate.settle_time = 2;
+  options.simulate.gravity = Vec3d(0, 0, -kGravity);
+  options.duration = 0.1;
+  const PushSize size = size_push(options, particles, {ground}, Region::all(), Vec3d(1, 0, 0));
+  EXPECT_NEAR(size.peak_fraction / options.fraction, 1, 0.3);
+  // It slides while it is pushed, and is stopped by friction.
+  const double weight = particles.total_mass() * kGravity;
+  EXPECT_GT(size.newtons, 0.8 * kFriction * weight);
+  EXPECT_LT(size.newtons, 3 * kFriction * weight);
+  EXPECT_GT(size.trials, 1);
+}
+
+TEST(Push, ALooseFlapDoesNotSetTheLoad) {
+  // A light grain beside the tip, which nothing holds, flies off at any force.
+  Particles with_flap = stem(800);
+  const Particles alone = with_flap;
+  with_flap.position.push_back(Vec3f(0.01f + 0.03f, 0.01f, static_cast<float>(kStemFoot + kStem)));
+  for (auto* column : {&with_flap.volume, &with_flap.mass, &with_flap.young, &with_flap.poisson}) {
+    const float last = column->back();
+    column->push_back(last);
+  }
+  const Region tip = Region::sphere(Vec3d(0.01, 0.01, kStemFoot + kStem), 0.05);
+  PushOptions options;
+  options.duration = 0.1;
+  options.loose_share = 0.1;
+  const double free_of_it = size_push(options, alone, {clamp()}, tip, Vec3d(1, 0, 0)).newtons;
+  EXPECT_NEAR(size_push(options, with_flap, {clamp()}, tip, Vec3d(1, 0, 0)).newtons / free_of_it, 1, 0.1);
+  options.loose_share.reset();
+  EXPECT_LT(size_push(options, with_flap, {clamp()}, tip, Vec3d(1, 0, 0)).newtons, 0.8 * free_of_it);
+}
+
 TEST(Push, AMissedOrEmptyPushIsAUsageError) {
   const Particles particles = stem(300);
   const auto failure = [&](const Region& region, const Vec3d& direction) {
