@@ -35,6 +35,8 @@ nlohmann::json to_json(const MaterialTable& table) {
                        {"synonyms", o.synonyms},
                        {"parts", parts},
                        {"height_m", band_json(o.height)},
+                       {"longest", o.longest},
+                       {"bulk_density_kg_m3", o.bulk_density > 0 ? nlohmann::json(o.bulk_density) : nlohmann::json()},
                        {"frequency_hz", band_json(o.frequency)}});
   }
   return {{"materials", materials}, {"objects", objects}};

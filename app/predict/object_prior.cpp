@@ -25,8 +25,8 @@ ObjectPrior soft_solid() {
 }
 
 ObjectPrior of(const MaterialPrior& known, const std::string& warning) {
-  return {known.name,      false,        false,     known.young, known.poisson, known.density,
-          known.frequency, known.height, known.law, known.words, warning};
+  return {known.name,      false,        false,         known.young, known.poisson, known.density,
+          known.frequency, known.height, known.longest, known.law,   known.words,   warning};
 }
 
 }  // namespace
@@ -44,10 +44,13 @@ ObjectPrior object_prior(const PriorQuestion& question) {
     return prior;
   }
   std::string warning = found.warning;
+  const auto warn = [&](const std::string& what) { warning += (warning.empty() ? "" : "; ") + what; };
   if (found.prior->certainty < kUnderstood)
-    warning += (warning.empty() ? "" : "; ") +
-               fmt::format("only part of '{}' is known; it is treated as '{}' (pliant predict --list shows all)",
-                           label.substr(0, 60), found.prior->name);
+    warn(fmt::format("only part of '{}' is known; it is treated as '{}' (pliant predict --list shows all)",
+                     label.substr(0, 60), found.prior->name));
+  if (!found.prior->unused.empty())
+    warn(fmt::format("'{}' in '{}' is not taken for the material of '{}' (--material NAME sets one)",
+                     found.prior->unused, label.substr(0, 60), found.prior->name));
   ObjectPrior prior = of(*found.prior, warning);
   prior.unanswered = !found.warning.empty();
   return prior;

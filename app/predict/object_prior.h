@@ -18,10 +18,11 @@ struct ObjectPrior {
   Band young, poisson, density;   ///< Pa, 1, kg/m^3; of the parts that move
   std::optional<Band> frequency;  ///< Hz, of its first sway; a typical 0 = rigid
   std::optional<Band> height;     ///< m
+  bool longest = false;           ///< `height` is that of the longest extent
   Material law;
   std::string source;   ///< where the numbers come from, for people
-  std::string warning;  ///< that a language model that was asked gave nothing, or that little of the label is known;
-                        ///< empty = nothing to say
+  std::string warning;  ///< that a language model that was asked gave nothing, that little of the label is known, or
+                        ///< that a material in it counts for nothing; empty = nothing to say
 };
 
 /// What is asked for: `material` a row of the table, else `label`, else the object's own `name`, which need not mean

@@ -144,11 +144,9 @@ json predict_object(const Context& context, const RunDirectory& run, const Stage
   const GaussianCloud object = read_ply(in.files.at("object"));
   ObjectPrior prior = object_prior(question_with_view(in, object, run));
   if (!prior.warning.empty()) context.progress.warn(prior.warning);
-  const MaterialValues& scene_file = scene.settings.material;
-  // Who asks for a material wants its E; else that of the scene file stays.
-  const std::optional<double> young_of_file = asks_for_material(stage) ? std::nullopt : scene_file.young;
-  const bool young_given = stage.given.young || young_of_file;
-  const MaterialMeans means = {first_of(stage.given.young, young_of_file, prior.young.typical),
+  const MaterialValues scene_file = kept_of_file(stage, scene.settings.material);
+  const bool young_given = stage.given.young || scene_file.young;
+  const MaterialMeans means = {first_of(stage.given.young, scene_file.young, prior.young.typical),
                                first_of(stage.given.poisson, scene_file.poisson, prior.poisson.typical),
                                first_of(stage.given.density, scene_file.density, prior.density.typical)};
   const MaterialDistribution field = distribute(file, samples, object, scene, stage.weights, prior.young, means);

@@ -28,8 +28,8 @@ struct PredictStage {
   std::optional<double> softness;  ///< of E in its band; none = 0.5, and no material is asked for by it
   std::string weights;             ///< of train-predictor; empty = those that ship
   std::string llm_url, llm_model;
-  MaterialValues given;           ///< command line's, which are kept
-  TakenFor known;                 ///< counts where no label or material is named; by it the E of the scene file stays
+  MaterialValues given;  ///< command line's, which are kept
+  TakenFor known;        ///< counts where no label or material is named; by it E, nu and rho of the scene file stay
   std::filesystem::path answers;  ///< folder of the language model's answers; empty = kAnswers of the run
 };
 /// Its options, bound to the fields of `stage`.
@@ -40,6 +40,9 @@ void check_predict_stage(const PredictStage& stage);
 /// Whether a label, a material, a softness or a language model is named, by which the E of the scene file does not
 /// count.
 bool asks_for_material(const PredictStage& stage);
+/// What of the scene file's E, nu and rho counts: none of them beside a label or a material, no E beside a softness or
+/// a language model.
+MaterialValues kept_of_file(const PredictStage& stage, const MaterialValues& file);
 StageInputs<PredictStage> inputs_of(const RunDirectory& run, const Scene& scene, const PredictStage& stage);
 nlohmann::json run_predict(const Context& context, RunDirectory& run, const Scene& scene, const PredictStage& stage);
 
@@ -57,8 +60,9 @@ void take_last_options(const RunDirectory& run, PredictStage& stage);
 /// command line asks for a prediction.
 bool needs_prediction(const Scene& scene, const PredictStage& stage, const SimulateStage& simulate);
 
-/// Where nobody says how large the scene is: its object gets the usual height of what it is named [m], by which `scene`
-/// is scaled.  Once the prediction is there, record_assumed_height keeps it.
+/// Where nobody says how large the scene is: its object gets the usual height of what it is named [m], or that at which
+/// its longest extent is the usual one, by which `scene` is scaled.  Once the prediction is there,
+/// record_assumed_height keeps it.
 std::optional<double> assume_height(const Context& context, const RunDirectory& run, Scene& scene,
                                     const PredictStage& stage);
 

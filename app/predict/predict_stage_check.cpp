@@ -27,4 +27,13 @@ bool asks_for_material(const PredictStage& stage) {
   return !stage.label.empty() || !stage.material.empty() || stage.softness || !stage.llm_url.empty();
 }
 
+MaterialValues kept_of_file(const PredictStage& stage, const MaterialValues& file) {
+  MaterialValues kept = file;
+  if (asks_for_material(stage)) kept.young.reset();
+  if (stage.label.empty() && stage.material.empty()) return kept;
+  kept.poisson.reset();
+  kept.density.reset();
+  return kept;
+}
+
 }  // namespace pliant

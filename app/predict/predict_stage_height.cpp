@@ -1,13 +1,40 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/predict/object_prior.h"
 #include "app/predict/predict_stage.h"
 #include "app/run/attach_scene.h"
 #include "fitting/predict/label_match.h"
+#include "gaussians/base/linear_algebra.h"
+#include "gaussians/base/orbit.h"
+#include "gaussians/io/splats/ply.h"
 
 namespace pliant {
+namespace {
+
+/// The longest extent of the extracted object, along its first principal axis, over its height.
+double longest_over_height(const RunDirectory& run) {
+  const GaussianCloud object = read_ply(run / (object_folder(run) + "/object.ply"));
+  Vec3d sum = Vec3d::Zero();
+  Mat3d squares = Mat3d::Zero();
+  double total = 0;
+  for (size_t i = 0; i < object.size(); ++i) {
+    const double opacity = sigmoid(object.opacity_logit[i]);
+    const Vec3d x = object.position[i].cast<double>();
+    total += opacity;
+    sum += opacity * x;
+    squares += opacity * x * x.transpose();
+  }
+  const Vec3d mean = sum / total;
+  const Vec3d axis = symmetric_eigen3(squares / total - mean * mean.transpose()).vectors.col(2);
+  const Framing along = robust_framing(object, axis);
+  const double height = extracted(run, {"height"})["height"];
+  return std::max(1.0, (along.high.z() - along.low.z()) / height);
+}
+
+}  // namespace
 
 std::optional<double> assume_height(const Context& context, const RunDirectory& run, Scene& scene,
                                     const PredictStage& stage) {
@@ -23,10 +50,13 @@ std::optional<double> assume_height(const Context& context, const RunDirectory& 
       question.label = question.name = "";
     const ObjectPrior prior = object_prior(question);
     if (prior.height) {
-      height = scene.object_height = prior.height->typical;
+      const double size = prior.height->typical;
+      height = scene.object_height = prior.longest ? size / longest_over_height(run) : size;
+      const std::string length = prior.longest ? fmt::format("{:g} m long, ", size) : "";
       context.progress.say(
-          fmt::format("scale: the object is assumed to be {:g} m high, typical of '{}' (override with --object-height)",
-                      prior.height->typical, prior.name));
+          fmt::format("scale: the object is assumed to be {}{:.3g} m high, typical of '{}' (override with "
+                      "--object-height)",
+                      length, *height, prior.name));
     }
   }
   scale_to_height(run, scene);

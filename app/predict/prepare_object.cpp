@@ -38,8 +38,8 @@ nlohmann::json prepare_object(const Context& context, RunDirectory& run, Scene& 
 
 void start_from_prediction(const nlohmann::json& prediction, const Scene& scene, const PredictStage& asked,
                            MaterialValues& material) {
-  const MaterialValues& file = scene.settings.material;
-  if (!material.young && (!file.young || asks_for_material(asked))) material.young = prediction["young"];
+  const MaterialValues file = kept_of_file(asked, scene.settings.material);
+  if (!material.young && !file.young) material.young = prediction["young"];
   if (!file.poisson && !material.poisson) material.poisson = prediction["poisson"];
   if (!file.density && !material.density) material.density = prediction["density"];
 }

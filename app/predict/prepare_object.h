@@ -22,7 +22,7 @@ nlohmann::json prepare_object(const Context& context, RunDirectory& run, Scene& 
                               SimulateStage& simulate);
 
 /// The material with which a fit starts: what neither the command line, by `material`, nor the scene file says is as
-/// predicted, and so is E where a prediction was asked for.
+/// predicted, and so is what of the scene file does not count beside the prediction that was asked for.
 void start_from_prediction(const nlohmann::json& prediction, const Scene& scene, const PredictStage& asked,
                            MaterialValues& material);
 

@@ -111,17 +111,19 @@ void check_predicted(const RunDirectory& run, const Scene& scene) {
                       "run `pliant predict` again, or give --young, --poisson and --density");
 }
 
-/// What the command line and the scene file say nothing of, beside an E of their own, is as predicted.
+/// What the command line says nothing of, beside its own E, is as predicted; a prediction has the values of the scene
+/// file where these count.  Of a scene file that says it all and has changed since, the present values count.
 void take_predicted(const RunDirectory& run, const Scene& scene, MaterialValues& typed) {
   const json& prediction = run.summary("predict", "");
   const MaterialValues& file = scene.settings.material;
   const bool known = (typed.poisson || file.poisson) && (typed.density || file.density);
-  if (const std::string changed = changed_since_prediction(run, scene); !known && !changed.empty())
+  const std::string changed = changed_since_prediction(run, scene);
+  if (!known && !changed.empty())
     throw usage_error("simulate", "",
                       "would take nu or rho from a prediction made before scene.json was changed (" + changed + ")",
                       "run `pliant predict` again, or give --poisson and --density");
-  if (!typed.poisson && !file.poisson) typed.poisson = prediction["poisson"].get<double>();
-  if (!typed.density && !file.density) typed.density = prediction["density"].get<double>();
+  if (!typed.poisson && changed.empty()) typed.poisson = prediction["poisson"].get<double>();
+  if (!typed.density && changed.empty()) typed.density = prediction["density"].get<double>();
   if (typed.law.empty() && file.law.empty()) take_law(prediction["material"], typed);
 }
 

@@ -23,13 +23,15 @@ struct PriorMatch {
   std::vector<MatchedPart> parts;
   std::string phrase;    ///< the words that were found
   double certainty = 0;  ///< 0..1: share of the label's telling words that were understood
-  std::string unused;    ///< a material in the label that changes nothing; empty = none
+  std::string unused;    ///< the label's word for a material that changes nothing; empty = none
 };
 
 /// The object or material that a label names: the last known noun before "with", "in", "of" and the like, with the
-/// material that stands before it or follows "of" ("a small wooden chair", "cup of steel", "toy horse").  Case,
-/// hyphens, plural and unknown words do not matter.  Nothing when no word is known (object_1).  Whatever a label says,
-/// it is only looked up.
+/// material that stands before it or follows "of" ("a small wooden chair", "cup of steel", "toy horse").  What things
+/// are not built of gives its material to figures alone ("butter knife", but "chocolate statue"), a color that is also
+/// a metal only to small hard things ("gold dress", but "gold chain").  Plants in a vase or pot, what a head or arm is
+/// "of", and toys ("plush dinosaur", "balloon dog") are understood as such.  Case, hyphens, plural and unknown words do
+/// not matter.  Nothing when no word is known (object_1).  Whatever a label says, it is only looked up.
 std::optional<PriorMatch> match_label(const MaterialTable& table, std::string_view label);
 /// One part that moves, of that material.
 PriorMatch match_material(const KnownMaterial& material);

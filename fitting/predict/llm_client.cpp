@@ -190,6 +190,8 @@ MaterialBounds material_bounds(const MaterialTable& table, const PriorMatch* mat
     first = false;
   }
   CHECK(!first);
+  if (match && match->object && match->object->bulk_density > 0)
+    out.density.low = std::min(out.density.low, match->object->bulk_density / 2);
   return out;
 }
 

@@ -10,6 +10,8 @@
 namespace pliant {
 namespace {
 
+constexpr double kBulkFactor = 2;  // between the typical density of a hollow thing and either end of its band
+
 std::string origin_of(const KnownMaterial& m) {
   if (m.kind == RowKind::kEstimate) return "estimate: " + m.reason;
   std::vector<std::string> given, others;
@@ -26,6 +28,20 @@ void add(Band& sum, const Band& band, double weight, double (*scale)(double)) {
   sum.low += weight * scale(band.low);
   sum.typical += weight * scale(band.typical);
   sum.high += weight * scale(band.high);
+}
+/// Density of a hollow thing with what its walls enclose; none of what is solid, as what the label says to be of
+/// another class of material than usual is taken to be: a stone ball.
+std::optional<double> bulk_density(const PriorMatch& match) {
+  if (!match.object || match.figure || match.object->bulk_density == 0) return std::nullopt;
+  double moving = 0, log_ratio = 0;
+  for (const MatchedPart& part : match.parts) {
+    if (!part.moves) continue;
+    moving += part.share;
+    if (!part.instead_of) continue;
+    if (part.instead_of->group != part.material->group) return std::nullopt;
+    log_ratio += part.share * std::log(part.material->density.typical / part.instead_of->density.typical);
+  }
+  return match.object->bulk_density * std::exp(log_ratio / moving);
 }
 /// Frequency of a shape, which it has of its usual materials, of the materials that the label names.
 std::optional<Band> frequency_of(const PriorMatch& match) {
@@ -56,6 +72,7 @@ MaterialPrior prior_of(const PriorMatch& match) {
   out.words = "'" + match.phrase + "' is understood as " + out.name;
   if (match.object && !match.figure) {
     out.height = match.object->height;
+    out.longest = match.object->longest;
     out.frequency = frequency_of(match);
   }
   double moving = 0, largest = 0;
@@ -79,6 +96,11 @@ MaterialPrior prior_of(const PriorMatch& match) {
     out.young.*end = std::exp(out.young.*end);
     out.density.*end = std::exp(out.density.*end);
   }
+  if (const std::optional<double> bulk = bulk_density(match)) {
+    out.density = {*bulk / kBulkFactor, *bulk, *bulk * kBulkFactor};
+    out.words += fmt::format("; it is hollow: rho {:.3g} kg/m^3 with what it encloses (estimate)", *bulk);
+  }
+  out.unused = match.unused;
   if (!match.unused.empty()) out.words += "; '" + match.unused + "' in the label changes none of its parts";
   return out;
 }

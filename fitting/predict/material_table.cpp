@@ -18,9 +18,9 @@ const std::vector<std::string> kMaterialTitles = {"name",         "synonyms", "c
                                                   "E_high",       "nu_low",   "nu_typical", "nu_high",   "rho_low",
                                                   "rho_typical",  "rho_high", "law",        "constants", "kind",
                                                   "source_gives", "source",   "licence",    "reason"};
-const std::vector<std::string> kObjectTitles = {"name",          "synonyms",          "parts",
-                                                "height_low",    "height_typical",    "height_high",
-                                                "frequency_low", "frequency_typical", "frequency_high"};
+const std::vector<std::string> kObjectTitles = {"name",           "synonyms",    "parts",         "height_low",
+                                                "height_typical", "height_high", "frequency_low", "frequency_typical",
+                                                "frequency_high", "size",        "bulk_density"};
 
 Band band_of(const CsvRow& row, const std::string& quantity) {
   const Band band = {row.number(quantity + "_low"), row.number(quantity + "_typical"), row.number(quantity + "_high")};
@@ -121,12 +121,14 @@ KnownMaterial material_of(const CsvRow& row) {
   return out;
 }
 
-/// "material:share" with the marks * and =.
+/// "material:share" with the marks *, = and ==.
 KnownPart part_of(const CsvRow& row, std::string cell, const std::map<std::string, size_t>& materials) {
   KnownPart part;
   const std::string whole = cell;
-  for (; cell.ends_with('*') || cell.ends_with('='); cell.pop_back())
+  for (; cell.ends_with('*') || cell.ends_with('='); cell.pop_back()) {
+    if (cell.ends_with("==")) part.shows = true;
     (cell.ends_with('*') ? part.moves : part.replaceable) = true;
+  }
   const size_t colon = cell.find(':');
   const auto material = materials.find(label_key(cell.substr(0, colon)));
   if (material == materials.end())
@@ -149,6 +151,13 @@ KnownObject object_of(const CsvRow& row, const std::map<std::string, size_t>& ma
   out.frequency = band_of(row, "frequency");
   if (!(out.height.low > 0)) throw row.complaint("height_low", "is not positive", "give metres");
   if (out.frequency.low < 0) throw row.complaint("frequency_low", "is negative", "give hertz; 0 = rigid");
+  out.longest = row.text("size") == "longest";
+  if (!out.longest && !row.text("size").empty())
+    throw row.complaint("size", "'" + row.text("size") + "' is unknown", "write longest, or nothing for the height");
+  if (!row.text("bulk_density").empty()) {
+    out.bulk_density = row.number("bulk_density");
+    if (!(out.bulk_density > 0)) throw row.complaint("bulk_density", "is not positive", "give kg/m^3, or nothing");
+  }
   double sum = 0;
   bool moves = false;
   for (const std::string& cell : row.list("parts")) {

@@ -34,7 +34,8 @@ struct KnownPart {
   size_t material = 0;       ///< row of MaterialTable::materials
   double share = 0;          ///< of the object's volume
   bool moves = false;        ///< what a person sees move: the plant, not the pot
-  bool replaceable = false;  ///< by a material in the label: a steel chair
+  bool replaceable = false;  ///< by a material in the label that things are built of: a steel chair
+  bool shows = false;        ///< a figure, which is made of anything: a chocolate statue; then replaceable, too
 };
 
 /// A row of objects.csv.
@@ -43,7 +44,9 @@ struct KnownObject {
   std::vector<std::string> synonyms;
   std::vector<KnownPart> parts;  ///< one of them moves at least; their shares add up to 1
   Band height;                   ///< m, the usual one
+  bool longest = false;          ///< `height` is that of its longest extent, whichever way it lies
   Band frequency;                ///< Hz, the first at which such a thing visibly sways; 0 = rigid
+  double bulk_density = 0;       ///< kg/m^3 of a hollow thing with what its walls enclose; 0 = that of its materials
 };
 
 struct MaterialTable {
@@ -54,8 +57,8 @@ struct MaterialTable {
 };
 
 /// Reads the two tables: cells parted by commas, without quotes; lists in a cell parted by semicolons; parts as
-/// material:share, with * for what moves and = for what a label's material replaces.  Throws Error{kInput} naming
-/// file, line, column and value.
+/// material:share, with * for what moves, = for what a label's material replaces and == for what is made of anything;
+/// size is empty or "longest"; bulk_density may be empty.  Throws Error{kInput} naming file, line, column and value.
 MaterialTable parse_material_table(std::string_view materials, const std::string& materials_file,
                                    std::string_view objects, const std::string& objects_file);
 

@@ -88,5 +88,26 @@ TEST_F(PredictAgain, OneMadeBeforeTheMaterialOfTheSceneFileChangedIsRefused) {
   EXPECT_EQ(run_quietly(simulate()), 0);
 }
 
+TEST_F(PredictAgain, ALabelOrAMaterialReplacesAllThreeOfTheSceneFile) {
+  write_material_of_scene({{"young", 2e4}, {"poisson", 0.1}, {"density", 300}});
+  const ObjectPrior sunflower = object_prior({"", "sunflower", "", {}, {}});
+  ASSERT_EQ(run({"--label", "sunflower", "--density", "400"}), 0);
+  EXPECT_EQ(summary("predict")["poisson"], sunflower.poisson.typical);
+  EXPECT_EQ(summary("predict")["density"], 400) << "that of the command line stays";
+  EXPECT_EQ(summary("predict")["given"], json::array({"density"}));
+  ASSERT_EQ(predict({"--material", "silicone rubber"}), 0);
+  const ObjectPrior rubber = object_prior({"silicone rubber", "", "", {}, {}});
+  EXPECT_EQ(summary("predict")["poisson"], rubber.poisson.typical);
+  EXPECT_EQ(summary("predict")["density"], rubber.density.typical);
+  EXPECT_EQ(summary("predict")["given"], json::array());
+  // So it is beside an E of the user.
+  ASSERT_EQ(run_quietly(simulate({"--young", "1e5"})), 0);
+  EXPECT_EQ(summary("simulate")["session"]["uniform"]["density"], rubber.density.typical);
+  // A softness asks for an E alone.
+  ASSERT_EQ(run({"--softness", "0.5"}), 0);
+  EXPECT_EQ(summary("predict")["given"], json::array({"poisson", "density"}));
+  EXPECT_EQ(summary("predict")["density"], 300);
+}
+
 }  // namespace
 }  // namespace pliant

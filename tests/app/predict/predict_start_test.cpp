@@ -35,7 +35,7 @@ TEST(StartFromPrediction, IsTheEOfTheSceneFileUnlessAPredictionIsAskedFor) {
   const auto start = [&](const PredictStage& asked, const MaterialValues& typed = {}) {
     MaterialValues material = typed;
     start_from_prediction(prediction, scene, asked, material);
-    EXPECT_FALSE(material.poisson) << "that of the scene file";
+    EXPECT_EQ(material.poisson, asked.label.empty() ? std::nullopt : std::optional(0.4)) << "else the scene file's";
     EXPECT_EQ(material.density, 700);
     return material.young;
   };

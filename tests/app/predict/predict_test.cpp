@@ -43,6 +43,13 @@ TEST(ObjectPrior, WarnsWhereLittleOfALabelIsKnown) {
   EXPECT_NE(warning.find("palm"), std::string::npos) << warning;
 }
 
+TEST(ObjectPrior, WarnsOfAMaterialInTheLabelThatCountsForNothing) {
+  const std::string warning = object_prior({"", "leather sofa", "", {}, {}}).warning;
+  for (const char* word : {"'leather'", "'leather sofa'", "--material"})
+    EXPECT_NE(warning.find(word), std::string::npos) << warning;
+  EXPECT_EQ(object_prior({"", "steel chair", "", {}, {}}).warning, "");
+}
+
 TEST(ObjectPrior, OfANameThatMeansNothingIsAGuessAndALabelThatMeansNothingIsRefused) {
   const ObjectPrior guess = object_prior({"", "", "object_1", {}, {}});
   EXPECT_TRUE(guess.guessed);
@@ -213,6 +220,17 @@ TEST_F(Predict, ALabelOfTheStageSetsTheScaleAndAnotherScaleIsRefused) {
   // Of a material alone no height is known: not that of the label before it.
   ASSERT_EQ(run_quietly({"predict", directory, "--material", "silicone rubber"}), 0);
   EXPECT_TRUE(height().is_null());
+}
+
+TEST_F(Predict, OfALongThingTheLengthSetsTheScaleHoweverItLies) {
+  ASSERT_EQ(run({"--label", "banana"}), 0);
+  const double length = object_prior({"", "banana", "", {}, {}}).height->typical;
+  // The beam lies level, .78 long and .14 high.
+  const TrajectoryFile motion = read_trajectory(folder_ / "run/objects/1_object/trajectory.h5");
+  EXPECT_NEAR(motion.metres_per_unit * 0.78, length, 0.1 * length);
+  const double height = read_json(folder_ / "run/run.json")["assumed_height"]["height"];
+  EXPECT_NEAR(height, motion.metres_per_unit * summary("extract")["height"].get<double>(), 1e-9);
+  EXPECT_LT(height, 0.3 * length);
 }
 
 TEST_F(Predict, AnEOfTheUserTakesTheRestFromThePrediction) {

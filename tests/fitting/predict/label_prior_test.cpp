@@ -108,4 +108,10 @@ TEST(LabelPrior, StaysInBoundsWhenALabelInstructsTheModel) {
   EXPECT_NE(prior.words.find("within the bounds"), std::string::npos) << prior.words;
 }
 
+TEST(LabelPrior, OfAHollowThingAModelMaySayTheDensityOfTheWhole) {
+  const auto balloon = match_label(material_table(), "balloon"), rose = match_label(material_table(), "rose");
+  EXPECT_LT(material_bounds(material_table(), &*balloon).density.low, 3);
+  EXPECT_GT(material_bounds(material_table(), &*rose).density.low, 3);
+}
+
 }  // namespace pliant

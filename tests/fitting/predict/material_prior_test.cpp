@@ -52,9 +52,28 @@ TEST(MaterialPrior, FrequencyFollowsTheMaterialThatALabelNames) {
     EXPECT_NEAR((*prior("steel chair").frequency).*end / ((*prior("chair").frequency).*end), std::sqrt(ratio), 1e-9);
   EXPECT_EQ(prior("wooden chair").frequency->typical, prior("chair").frequency->typical);
   EXPECT_GT(prior("paper flower").frequency->typical, prior("flower").frequency->typical);
-  EXPECT_FALSE(prior("plush elephant").frequency || prior("plush elephant").height) << "elephants are large";
+  EXPECT_FALSE(prior("bronze elephant").frequency || prior("bronze elephant").height) << "elephants are large";
+  EXPECT_LT(prior("plush elephant").height->high, 1) << "plush toys are not";
   EXPECT_EQ(prior("gold skull").frequency->typical, 0);
   EXPECT_FALSE(prior("jelly skull").frequency);
+}
+
+TEST(MaterialPrior, OfAHollowThingHasTheDensityOfAllThatItsWallsEnclose) {
+  EXPECT_LT(prior("car").density.high, 400);
+  EXPECT_LT(prior("balloon").density.typical, 10);
+  EXPECT_LT(prior("basketball").density.typical, 200);
+  EXPECT_NE(prior("car").words.find("hollow"), std::string::npos);
+  EXPECT_EQ(prior("car").young.typical, prior("steel").young.typical) << "E is that of the wall";
+  EXPECT_NEAR(prior("steel can").density.typical / prior("can").density.typical,
+              prior("steel").density.typical / prior("aluminium").density.typical, 1e-9);
+  EXPECT_EQ(prior("stone ball").density.typical, prior("stone").density.typical) << "another class is solid";
+}
+
+TEST(MaterialPrior, SaysOfLongThingsThatTheirSizeIsTheirLength) {
+  for (const char* label : {"toothbrush", "pen", "spoon", "phone", "book", "banana", "guitar", "belt"})
+    EXPECT_TRUE(prior(label).longest) << label;
+  EXPECT_FALSE(prior("mug").longest);
+  EXPECT_GT(prior("skis").height->typical, 3 * prior("toothbrush").height->typical);
 }
 
 TEST(MaterialPrior, SaysWhereItsNumbersComeFrom) {

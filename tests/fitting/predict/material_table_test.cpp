@@ -16,9 +16,10 @@ const char kMaterialTitles[] =
     "name,synonyms,class,E_low,E_typical,E_high,nu_low,nu_typical,nu_high,rho_low,rho_typical,rho_high,law,constants,"
     "kind,source_gives,source,licence,reason\n";
 const char kObjectTitles[] =
-    "name,synonyms,parts,height_low,height_typical,height_high,frequency_low,frequency_typical,frequency_high\n";
+    "name,synonyms,parts,height_low,height_typical,height_high,frequency_low,frequency_typical,frequency_high,"
+    "size,bulk_density\n";
 const char kMoss[] = "moss,lichen,plant,1e4,6e4,3e5,.1,.2,.35,50,200,500,,,estimate,,,,loose mat\n";
-const char kTuft[] = "tuft,mosses,moss:1*,.01,.05,.2,1,3,9\n";
+const char kTuft[] = "tuft,mosses,moss:1*,.01,.05,.2,1,3,9,,\n";
 
 MaterialTable parse(const std::string& materials, const std::string& objects = kTuft) {
   return parse_material_table(kMaterialTitles + materials, "m.csv", kObjectTitles + objects, "o.csv");
@@ -107,6 +108,15 @@ TEST(MaterialTable, ReadsLawsWithTheirConstants) {
   EXPECT_EQ(table.materials[0].law.yield_stress, 300);
 }
 
+TEST(MaterialTable, ReadsSizesBulkDensitiesAndMarksOfParts) {
+  const MaterialTable table = parse(kMoss, std::string(kTuft) + "bar,,moss:1*==,.1,.2,.3,0,0,0,longest,40\n");
+  const KnownObject &tuft = table.objects[0], &bar = table.objects[1];
+  EXPECT_FALSE(tuft.longest || tuft.parts[0].replaceable || tuft.parts[0].shows);
+  EXPECT_EQ(tuft.bulk_density, 0);
+  EXPECT_TRUE(bar.longest && bar.parts[0].moves && bar.parts[0].replaceable && bar.parts[0].shows);
+  EXPECT_EQ(bar.bulk_density, 40);
+}
+
 TEST(MaterialTable, RefusesMalformedMaterials) {
   const std::vector<std::tuple<std::string, std::string, std::vector<std::string>>> cases = {
       {"1e4", "x4", {"m.csv", "line 2", "E_low", "'x4'"}},
@@ -149,6 +159,9 @@ TEST(MaterialTable, RefusesMalformedObjectsAndTitles) {
       {"moss:1*", "", {"parts", "0"}},
       {".01,", "0,", {"height_low"}},
       {".2,1,", ".2,-1,", {"frequency_low"}},
+      {"9,,", "9,wide,", {"size", "'wide'", "longest"}},
+      {"9,,", "9,,0", {"bulk_density", "positive"}},
+      {"9,,", "9,,x", {"bulk_density", "'x'"}},
   };
   for (const auto& [from, to, words] : cases)
     expect_error(Failure::kInput, words, [&] { parse(kMoss, replaced(kTuft, from, to)); });
