@@ -20,14 +20,21 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
+ImageF first_frame(const fs::path& clip, const ClipPart& part) {
+  std::optional<TimedFrame> first = open_frames(clip, part.fps)->next();
+  if (!first) throw input_error(clip.string(), "", "has no frames", "give a video or a folder of frames");
+  return std::move(first->picture);
+}
+
 }  // namespace
 
 ClipSize compared_size(const fs::path& reference, const ClipPart& part) {
-  const std::optional<TimedFrame> first = open_frames(reference, part.fps)->next();
-  if (!first) throw input_error(reference.string(), "", "has no frames", "give a video or a folder of frames");
-  const int width = first->picture.width, height = first->picture.height;
+  const ImageF first = first_frame(reference, part);
+  const int width = first.width, height = first.height;
   const double scale = std::min(1.0, kLongestSide / std::max(width, height));
   ClipSize size;
+  size.width = width;
+  size.height = height;
   size.camera.name = "video";
   size.camera.width = std::max(1, static_cast<int>(std::lround(scale * width)));
   size.camera.height = std::max(1, static_cast<int>(std::lround(scale * height)));
@@ -35,6 +42,14 @@ ClipSize compared_size(const fs::path& reference, const ClipPart& part) {
     size.warnings.push_back(fmt::format("{} has frames of {} x {} and is compared at {} x {}: pixels are of that size",
                                         reference.string(), width, height, size.camera.width, size.camera.height));
   return size;
+}
+
+std::string other_size(const fs::path& clip, const ClipPart& part, const ClipSize& compared) {
+  const ImageF first = first_frame(clip, part);
+  const auto is = [&](int width, int height) { return first.width == width && first.height == height; };
+  if (is(compared.width, compared.height) || is(compared.camera.width, compared.camera.height)) return "";
+  return fmt::format("{} is {} x {} and is compared at {} x {}", clip.string(), first.width, first.height,
+                     compared.camera.width, compared.camera.height);
 }
 
 ReferenceVideo read_clip(const fs::path& path, const ClipPart& part, double fps, const Camera& like,

@@ -209,6 +209,8 @@ json evaluate_motion(const fs::path& prediction, const fs::path& truth_path, con
     out["height"] = compared.camera.height;
     for (const auto& warnings : {compared.warnings, true_video.warnings, video.warnings})
       for (const std::string& warning : warnings) out["warnings"].push_back(warning);
+    if (const std::string scaled = other_size(prediction, score, compared); !scaled.empty())
+      out["warnings"].push_back(scaled);
     out.update(compare_flow(video, true_video));
   }
   const char* unit = particles ? "m" : "px";

@@ -50,6 +50,9 @@ json evaluate_slices(const fs::path& reference, const std::vector<fs::path>& cli
               {"clips", json::array()}, {"warnings", compared.warnings}};
   for (const ReferenceVideo& video : videos)
     for (const std::string& warning : video.warnings) out["warnings"].push_back(warning);
+  for (const fs::path& clip : clips)
+    if (const std::string scaled = other_size(clip, score, compared); !scaled.empty())
+      out["warnings"].push_back(scaled);
   for (size_t k = 1; k < videos.size(); ++k) {
     const auto [row, column] = slices.rmse(k);
     out["clips"].push_back({{"file", clips[k - 1].string()}, {"row_rmse", row}, {"column_rmse", column}});

@@ -11,7 +11,6 @@ namespace pliant {
 
 namespace {
 constexpr double kNotable = 0.1;   // share of the losses
-constexpr double kPoor = 0.7;      // of the RMSE if nothing moved, from which on a fit explains less than half
 constexpr double kWorse = 1.05;    // times the RMSE before a refinement, from which on it made the fit worse
 constexpr double kDecibel = 1.26;  // times the squared error of a static picture: a decibel
 
@@ -19,7 +18,7 @@ const char* const kCheck = "check the pins, the object mask and the camera.";
 
 /// The motion that was found leaves most of the video's unexplained; else empty.
 std::string poor_fit(const FitEvidence& e) {
-  if (!(e.rms_still > 0) || e.rms <= kPoor * e.rms_still) return "";
+  if (!(e.rms_still > 0) || e.rms <= kPoorFit * e.rms_still) return "";
   return fmt::format(
       "The fitted motion explains {} of the video: track RMSE {:.2f} px, against {:.2f} px for a static object. Do not "
       "rely on E, damping or their errors; {}",

@@ -9,6 +9,11 @@
 
 namespace pliant {
 
+struct MarkerFitOptions;
+struct MarkerFitResult;
+
+constexpr double kPoorFit = 0.7;  ///< of the RMSE if nothing moved, from which on a fit explains less than half
+
 /// What a fit found, as far as it says how well the video determines it.
 struct FitEvidence {
   double young = 0, log10_sigma = 0;                           ///< Pa, decades
@@ -52,5 +57,14 @@ std::vector<std::string> doubts_of(const FitEvidence& evidence);
 
 /// Plain sentences on what the video does not determine, doubts first.
 std::vector<std::string> undetermined_by_video(const FitEvidence& evidence, const FitBlindness& blindness, double fps);
+
+/// The same of a fit to markers: E is at the end of the search, the motion is explained poorly, the refinement did not
+/// converge or the release was not found.
+std::vector<std::string> doubts_of(const MarkerFitResult& fit, const MarkerFitOptions& options);
+
+/// Plain sentences on what the recording does not determine, doubts first.  `gravity`: the load is the body's weight;
+/// `start_given`: factors of a given E(x) were fitted.
+std::vector<std::string> undetermined_by_markers(const MarkerFitResult& fit, const MarkerFitOptions& options,
+                                                 bool gravity, bool start_given);
 
 }  // namespace pliant

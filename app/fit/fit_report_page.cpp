@@ -30,6 +30,7 @@ std::string numbers(const json& fit) {
       "{:.3g} s");
   row("release_s", "release", "{:.4f} s");
   row("rms_mm", "marker RMSE", "{:.3g} mm");
+  row("rms_still_mm", "marker RMSE of a static object", "{:.3g} mm");
   row("rms_with_later_mm", "marker RMSE with the held-out motion", "{:.3g} mm");
   row("rms_px", "track RMSE over the fitted frames", "{:.2f} px");
   row("rms_still_px", "track RMSE of a static object", "{:.2f} px");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/fit/fit_limits.h"
 #include "app/fit/fit_options.h"
 #include "app/fit/fit_progress.h"
 #include "app/fit/fit_report.h"
@@ -134,31 +135,6 @@ ImageF search_chart(const MarkerFitResult& r) {
                      true});
 }
 
-/// Plain sentences on what this recording cannot tell.
-std::vector<std::string> undetermined(const MarkerFitResult& r, const MarkerFitOptions& options, bool gravity,
-                                      bool start_given) {
-  std::vector<std::string> out;
-  out.push_back(
-      gravity
-          ? "The load is the body's own weight, so the markers determine E / density: E is valid for the given density."
-          : "E is valid for the given density, Poisson's ratio and load.");
-  out.push_back(std::string(start_given ? "One factor of the given material" : "One stiffness") +
-                " was fitted for the whole object; neither differences between its parts nor Poisson's ratio were "
-                "fitted.");
-  if (!r.converged) out.push_back("The refinement stopped before it converged.");
-  if (!std::isfinite(r.sigma_release))
-    out.push_back(std::isfinite(options.release)
-                      ? fmt::format("The release time was not found within {:.3g} s of --marker-release, which may be "
-                                    "wrong: correct it, or leave it out.",
-                                    options.release_range)
-                      : "The release time was not found within the range searched; give --marker-release.");
-  if (r.sigma_log10_young > 0.1)
-    out.push_back(fmt::format("E is known only to within a factor of {:.2g}.", std::pow(10.0, r.sigma_log10_young)));
-  if (r.sigma_log_damping > 0.5)
-    out.push_back(fmt::format("Damping is not determined by {:.2g} s of motion.", options.window));
-  return out;
-}
-
 }  // namespace
 
 json fit_to_markers(const Context& context, const RunDirectory& run, const FitInputs& in,
@@ -199,6 +175,7 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   found.young *= of_material;
   for (auto& point : found.search) point.young *= of_material;
   for (const std::string& warning : found.warnings) context.progress.warn(warning);
+  for (const std::string& doubt : doubts_of(found, options)) context.progress.warn("fit: " + doubt);
 
   // As much again, that the fit has not seen: a prediction.
   MarkerFitOptions later = options;
@@ -230,13 +207,14 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
   start.damping_time = found.parameters.damping_time;
   start.source = "at rest until its release";
   write_velocity(run / in.outputs[1], start, provenance);
-  write_image(run / "fit/markers.png", marker_chart(tracks, seen, options));
+  write_image(run / "fit/markers.png", marker_chart(without_spikes(tracks, options.rest_begin), seen, options));
   write_image(run / "fit/search.png", search_chart(found));
 
   say(fmt::format(
-      "E = {:.4g} Pa (10^+-{:.3f}), damping time {:.3g} s, release at {:.4f} s; RMSE {:.3g} mm over {} markers",
+      "E = {:.4g} Pa (10^+-{:.3f}), damping time {:.3g} s, release at {:.4f} s; RMSE {:.3g} mm over {} markers (static "
+      "object: {:.3g} mm)",
       found.young, found.sigma_log10_young, found.parameters.damping_time, found.parameters.release, 1e3 * found.rms,
-      found.markers.size()));
+      found.markers.size(), 1e3 * found.rms_still));
   if (more)
     say(fmt::format("RMSE {:.3g} mm including {:.3g} s of held-out motion", 1e3 * seen.rms,
                     later.window - options.window));
@@ -250,14 +228,16 @@ json fit_to_markers(const Context& context, const RunDirectory& run, const FitIn
               {"log_damping_sigma", found.sigma_log_damping},
               {"release_s", found.parameters.release},
               {"release_sigma_s", found.sigma_release},
+              {"search_end", found.search_end},
               {"rms_mm", 1e3 * found.rms},
+              {"rms_still_mm", 1e3 * found.rms_still},
               {"rms_with_later_mm", more ? json(1e3 * seen.rms) : json()},
               {"window_s", options.window},
               {"markers", names},
               {"converged", found.converged},
               {"rollouts", found.rollouts},
               {"seconds", found.seconds},
-              {"undetermined", undetermined(found, options, m.interactions.empty(), material.given)}};
+              {"undetermined", undetermined_by_markers(found, options, m.interactions.empty(), material.given)}};
   json full = out;
   full["search_young_pa_rms_mm"] = curve;
   full["loss"] = found.loss;

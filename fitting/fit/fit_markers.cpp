@@ -14,40 +14,45 @@
 namespace pliant {
 namespace {
 
+constexpr double kRealGain = 1e-3;  // share of the loss, by which a neighbour on the grid has to be better
+constexpr double kAtEnd = 1e-6;     // of log E
+
 class MarkerFit {
  public:
   MarkerFit(const MarkerFitOptions& options, const Particles& particles, const std::vector<Interaction>& interactions,
-            const MarkerTracks& tracks, const std::function<void(const std::string&)>& progress, MarkerFitState state,
+            const MarkerTracks& recorded, const std::function<void(const std::string&)>& progress, MarkerFitState state,
             const MarkerFitSink& sink)
       : options_(options),
         progress_(progress),
         state_(std::move(state)),
         sink_(sink),
-        tracks_(tracks),
+        tracks_(without_spikes(recorded, options.rest_begin)),
         window_{options.rest_begin, options.release, options.release_range, options.window},
-        onset_(marker_release(window_, tracks)),
-        rest_(mean_position(tracks, options.rest_begin, onset_)),
+        onset_(marker_release(window_, tracks_)),
+        rest_(mean_position(tracks_, options.rest_begin, onset_)),
         model_(options.model, particles, interactions, rest_) {
     size_t unseen = 0;  // at rest
-    for (size_t k = 0; k < tracks.markers(); ++k) {
+    for (size_t k = 0; k < tracks_.markers(); ++k) {
       const double distance = model_.distance(k);
       if (distance <= options.model.reach) continue;
       if (!std::isfinite(distance)) ++unseen;
-      result_.warnings.push_back("marker '" + tracks.name[k] +
+      result_.warnings.push_back("marker '" + tracks_.name[k] +
                                  (std::isfinite(distance)
                                       ? fmt::format("' is {:.4g} mm from the body", 1e3 * distance)
                                       : fmt::format("' was not measured at rest, before {:.4g} s,", onset_)) +
                                  " and was ignored");
     }
-    if (model_.bound().empty() && unseen == tracks.markers())
+    if (model_.bound().empty() && unseen == tracks_.markers())
       throw input_error("markers", "", fmt::format("none was measured at rest, before {:.4g} s", onset_),
                         "check --marker-rest and --marker-release");
     if (model_.bound().empty())
       throw input_error("markers", "", "none is on the body at rest", "check the units and axes of the markers");
+    for (const std::string& spike : spike_warnings(recorded, tracks_, model_.bound()))
+      result_.warnings.push_back(spike);
     double log_young = 0;
     for (size_t i = 0; i < particles.size(); ++i) log_young += particles.volume[i] * std::log(particles.young[i]);
     young_ = std::exp(log_young / particles.total_volume());
-    measured_ = marker_window(window_, tracks, onset_, model_.bound(), rest_);
+    measured_ = marker_window(window_, tracks_, onset_, model_.bound(), rest_);
   }
 
   MarkerFitResult run() {
@@ -130,13 +135,15 @@ class MarkerFit {
     return {young_ * factor(simulated.step), options_.sigma * std::sqrt(simulated.loss / measured_.total_weight())};
   }
   double factor(int step) const { return std::pow(10.0, step * options_.search_step); }
+  int steps(double decades) const { return static_cast<int>(std::lround(decades / options_.search_step)); }
+  double farthest() const { return std::max(options_.search_decades, options_.search_farthest); }  // decades
 
   /// Best step of the grid by what a motion simulated at `from` says of the others.
   int proposal(const MarkerParameters& p, int from, double stretch) {
     MarkerParameters at = p;
     at.young_factor = factor(from);
     const MarkerMotion& base = motion(at, duration() * stretch);
-    const int limit = static_cast<int>(std::lround(options_.search_decades / options_.search_step));
+    const int limit = steps(options_.search_decades);
     int best = from;
     double least = INFINITY;
     for (int step = -limit; step <= limit; ++step) {
@@ -159,6 +166,7 @@ class MarkerFit {
       keep();
     }
     p.young_factor = factor(state_.best);
+    if (std::abs(state_.best) >= steps(farthest())) result_.search_end = state_.best > 0 ? 1 : -1;
     for (const MarkerFitState::Simulated& one : state_.simulated)
       if (std::isfinite(one.loss)) result_.search.push_back(candidate(one));
   }
@@ -174,11 +182,13 @@ class MarkerFit {
       stretch = std::pow(10.0, 0.15);  // from now on up to 0.3 decades stiffer
       if (stays) break;
     }
-    // What was proposed is compared with its neighbours, and the least loss of all that was simulated counts.
+    // What was proposed is compared with its neighbours.  Where nothing explains the motion, a stiffer body that hardly
+    // moves is always a little better.
+    const int limit = steps(farthest());
     for (bool moved = true; moved;) {
       moved = false;
       for (const int side : {-1, 1})
-        if (simulated(p, best + side) < simulated(p, best)) {
+        if (std::abs(best + side) <= limit && simulated(p, best + side) < (1 - kRealGain) * simulated(p, best)) {
           best += side;
           moved = true;
         }
@@ -191,7 +201,9 @@ class MarkerFit {
       double start, difference, low, high, largest_step;
     };
     std::vector<Unknown> unknowns;
-    if (options_.fit_young) unknowns.push_back({std::log(p.young_factor), 0.02, -INFINITY, INFINITY, 0.3});
+    const double log_young = std::log(p.young_factor), widest = std::log(factor(steps(farthest())));
+    if (options_.fit_young)
+      unknowns.push_back({log_young, 0.02, std::min(log_young, -widest), std::max(log_young, widest), 0.3});
     if (options_.fit_damping) unknowns.push_back({std::log(p.damping_time), 0.05, std::log(1e-5), std::log(1e3), 1});
     if (options_.fit_release)
       unknowns.push_back({p.release, 1e-3,
@@ -240,7 +252,13 @@ class MarkerFit {
                          ? covariance_with(ErrorCorrelation(fit.residuals, place, 3), fit.jacobian, fit.covariance)
                          : Eigen::MatrixXd(std::pow(fit.summary.rms, 2) * fit.covariance);
     int at = 0;
-    if (options_.fit_young) result_.sigma_log10_young = fit.sigma(at++) / std::log(10.0);
+    if (options_.fit_young) {
+      const double found = fit.parameters[0];
+      if (found > gauss.high[0] - kAtEnd) result_.search_end = 1;
+      if (found < gauss.low[0] + kAtEnd) result_.search_end = -1;
+      const double sigma = std::min(fit.sigma(at++) / std::log(10.0), farthest());
+      result_.sigma_log10_young = result_.search_end != 0 ? std::max(1.0, sigma) : sigma;
+    }
     if (options_.fit_damping) result_.sigma_log_damping = fit.sigma(at++);
     if (options_.fit_release) result_.sigma_release = fit.sigma(at++);
   }
@@ -252,7 +270,7 @@ class MarkerFit {
     result_.markers = model_.bound();
     for (const int k : model_.bound()) result_.expected.name.push_back(tracks_.name[k]);
     Vec3d sum = Vec3d::Zero();
-    double seen = 0;
+    double seen = 0, still = 0;
     for (size_t t = 0; t < measured_.time.size(); ++t) {
       const double s = measured_.time[t] - p.release;
       if (s < 0) continue;
@@ -263,18 +281,20 @@ class MarkerFit {
         const Vec3d expected = moved.at(s, k);
         result_.expected.position.back().push_back(rest_[model_.bound()[k]] + expected);
         sum += measured_.weight[t][k] * (expected - measured_.displacement[t][k]).cwiseAbs2();
+        still += measured_.weight[t][k] * measured_.displacement[t][k].squaredNorm();
         seen += measured_.weight[t][k];
       }
     }
     result_.rms_axis = (sum / seen).cwiseSqrt();
     result_.rms = std::sqrt(sum.sum() / seen);
+    result_.rms_still = std::sqrt(still / seen);
   }
 
   const MarkerFitOptions& options_;
   const std::function<void(const std::string&)>& progress_;
   MarkerFitState state_;
   const MarkerFitSink& sink_;
-  const MarkerTracks& tracks_;
+  const MarkerTracks tracks_;  // without spikes
   MarkerWindowOptions window_;
   double onset_;
   std::vector<Vec3d> rest_;  // [K]

@@ -74,6 +74,21 @@ MarkerWindow marker_window(const MarkerWindowOptions& options, const MarkerTrack
   return out;
 }
 
+std::vector<std::string> spike_warnings(const MarkerTracks& recorded, const MarkerTracks& kept,
+                                        const std::vector<int>& chosen) {
+  std::vector<std::string> out;
+  for (const int k : chosen) {
+    std::vector<double> at;
+    for (size_t t = 0; t < recorded.samples(); ++t)
+      if (kept.weight[t][k] < recorded.weight[t][k]) at.push_back(recorded.time[t]);
+    if (at.empty()) continue;
+    const std::string more = at.size() > 1 ? fmt::format(" and in {} more samples", at.size() - 1) : "";
+    out.push_back(
+        fmt::format("marker '{}' jumps away and back at {:.4g} s{}: ignored there", recorded.name[k], at[0], more));
+  }
+  return out;
+}
+
 double seen_at_rest(const MarkerWindowOptions& options, const MarkerTracks& tracks, const std::vector<int>& chosen) {
   double earliest = tracks.time.front();
   for (const int k : chosen)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "fitting/observe/markers.h"
@@ -31,6 +32,10 @@ double marker_release(const MarkerWindowOptions& options, const MarkerTracks& tr
 /// little was measured after it.
 MarkerWindow marker_window(const MarkerWindowOptions& options, const MarkerTracks& tracks, double release,
                            const std::vector<int>& chosen, const std::vector<Vec3d>& rest);
+
+/// A sentence on each of the markers `chosen` that has less weight in `kept` than it had as recorded (without_spikes).
+std::vector<std::string> spike_warnings(const MarkerTracks& recorded, const MarkerTracks& kept,
+                                        const std::vector<int>& chosen);
 
 /// When every one of them has been seen at rest [s].
 double seen_at_rest(const MarkerWindowOptions& options, const MarkerTracks& tracks, const std::vector<int>& chosen);

@@ -14,6 +14,8 @@ namespace pliant {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Shares of the largest motion: of a spike in motion and at rest, and how near to its first place a marker rests.
+constexpr double kSpikeInMotion = 2, kSpikeAtRest = 0.1, kResting = 0.05;
 
 /// Without space and quotes around it.
 std::string bare(const std::string& text) { return trimmed(text, " \t\r\""); }
@@ -106,6 +108,27 @@ double number(const std::string& cell, const std::string& file, size_t line, int
   return value;
 }
 
+/// Samples from `begin` on in which a marker was measured.
+std::vector<size_t> measured_samples(const MarkerTracks& tracks, size_t marker, double begin) {
+  std::vector<size_t> out;
+  for (size_t t = 0; t < tracks.samples(); ++t)
+    if (tracks.time[t] >= begin && tracks.weight[t][marker] > 0) out.push_back(t);
+  return out;
+}
+
+/// [samples] m from `rest` that a marker is away in a sample and again in one of the next two.
+std::vector<double> lasting_distance(const MarkerTracks& tracks, size_t marker, std::span<const size_t> samples,
+                                     const Vec3d& rest) {
+  std::vector<double> distance, out;
+  for (const size_t t : samples) distance.push_back((tracks.position[t][marker] - rest).norm());
+  for (size_t i = 0; i < distance.size(); ++i) {
+    double later = 0;
+    for (size_t j = i + 1; j < std::min(i + 3, distance.size()); ++j) later = std::max(later, distance[j]);
+    out.push_back(std::min(distance[i], later));
+  }
+  return out;
+}
+
 }  // namespace
 
 MarkerTracks read_markers(const std::filesystem::path& path, double unit_of_unnamed) {
@@ -196,20 +219,44 @@ std::vector<Vec3d> mean_position(const MarkerTracks& tracks, double begin, doubl
 
 double onset_of_motion(const MarkerTracks& tracks, std::span<const Vec3d> rest, double share) {
   CHECK(rest.size() == tracks.markers() && tracks.samples() > 0);
-  // Comparisons with NaN are false.
-  const auto distance = [&](size_t t) {
-    double most = 0;
-    for (size_t k = 0; k < rest.size(); ++k) {
-      const double d = tracks.weight[t][k] > 0 ? (tracks.position[t][k] - rest[k]).norm() : 0;
-      if (d > most) most = d;
-    }
-    return most;
-  };
-  double largest = 0;
-  for (size_t t = 0; t < tracks.samples(); ++t) largest = std::max(largest, distance(t));
+  std::vector<double> distance(tracks.samples(), 0.0);
+  for (size_t k = 0; k < rest.size(); ++k) {
+    if (!rest[k].allFinite()) continue;
+    const std::vector<size_t> seen = measured_samples(tracks, k, tracks.time.front());
+    const std::vector<double> own = lasting_distance(tracks, k, seen, rest[k]);
+    for (size_t i = 0; i < seen.size(); ++i) distance[seen[i]] = std::max(distance[seen[i]], own[i]);
+  }
+  const double largest = *std::ranges::max_element(distance);
   size_t onset = 0;
-  while (largest > 0 && onset < tracks.samples() && distance(onset) <= share * largest) ++onset;
+  while (largest > 0 && onset < tracks.samples() && distance[onset] <= share * largest) ++onset;
   return tracks.time[onset > 0 ? onset - 1 : 0];
+}
+
+MarkerTracks without_spikes(const MarkerTracks& tracks, double begin) {
+  std::vector<std::vector<size_t>> seen;  // [K]
+  double largest = 0;
+  for (size_t k = 0; k < tracks.markers(); ++k) {
+    seen.push_back(measured_samples(tracks, k, begin));
+    if (seen[k].empty()) continue;
+    for (const double d : lasting_distance(tracks, k, seen[k], tracks.position[seen[k][0]][k]))
+      largest = std::max(largest, d);
+  }
+  MarkerTracks out = tracks;
+  if (!(largest > 0)) return out;
+  for (size_t k = 0; k < tracks.markers(); ++k) {
+    const auto apart = [&](size_t i, size_t j) {
+      return (tracks.position[seen[k][i]][k] - tracks.position[seen[k][j]][k]).norm();
+    };
+    for (size_t i = 1; i + 1 < seen[k].size(); ++i) {
+      bool resting = true;  // but for this sample
+      for (size_t j = i < 2 ? 0 : i - 2; j < std::min(i + 3, seen[k].size()); ++j)
+        resting = resting && (j == i || apart(0, j) <= kResting * largest);
+      const double jump = std::min(apart(i, i - 1), apart(i, i + 1));
+      if (jump > (resting ? kSpikeAtRest : kSpikeInMotion) * largest && apart(i - 1, i + 1) < 0.5 * jump)
+        out.weight[seen[k][i]][k] = 0;
+    }
+  }
+  return out;
 }
 
 }  // namespace pliant

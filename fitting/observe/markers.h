@@ -33,7 +33,12 @@ MarkerTracks resampled(const MarkerTracks& tracks, std::span<const double> times
 std::vector<Vec3d> mean_position(const MarkerTracks& tracks, double begin, double end);
 
 /// Last time before any marker is farther from `rest` [K] than `share` of the largest such distance of all markers and
-/// times; a marker whose rest is NaN does not count.  The first time when nothing moves.
+/// times; a marker whose rest is NaN does not count, nor does a distance that is not there again within the marker's
+/// next two samples.  The first time when nothing moves.
 double onset_of_motion(const MarkerTracks& tracks, std::span<const Vec3d> rest, double share = 0.03);
+
+/// Without weight where, after `begin` [s], when all are at rest, a marker jumps away for a single sample: by more than
+/// twice what any marker moves for longer, or by a tenth of that where the marker rests just before and after.
+MarkerTracks without_spikes(const MarkerTracks& tracks, double begin);
 
 }  // namespace pliant

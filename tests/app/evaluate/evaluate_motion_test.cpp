@@ -228,6 +228,24 @@ TEST(EvaluateMotion, OfItselfIsWithoutErrorAndAStillVideoHasNoFrequency) {
   EXPECT_EQ(run_quietly(with), 1);
 }
 
+TEST(EvaluateMotion, APredictionOfAnotherSizeIsScaledWithAWarning) {
+  const TemporaryFolder folder;
+  Swing swing;
+  swing.frames = 24;
+  swing.write_folder(folder / "truth");
+  swing.width /= 2;
+  swing.height /= 2;
+  swing.write_folder(folder / "small");
+  MotionScore score;
+  score.fps = 30;
+  const auto says = [&](const char* prediction) {
+    return evaluate_motion(folder / prediction, folder / "truth", score)["warnings"].dump().find(
+               "small is 48 x 36 and is compared at 96 x 72") != std::string::npos;
+  };
+  EXPECT_TRUE(says("small"));
+  EXPECT_FALSE(says("truth"));
+}
+
 TEST(EvaluateMotion, TheFrameRateOfAVideoDoesNotChangeItsMotion) {
   const TemporaryFolder folder;
   Swing swing;

@@ -101,6 +101,15 @@ TEST_F(Slices, LargeFramesAreComparedAtASmallerSizeWhichIsSaid) {
   EXPECT_EQ(out["row_rmse"], 0);
 }
 
+TEST_F(Slices, AClipOfAnotherSizeIsScaledWithAWarning) {
+  for (int f = 0; f < kFrames; ++f)
+    write_image(folder / "small" / (std::to_string(1000 + f) + ".png"), ImageF(kWidth / 2, kHeight / 2, 3, 0.5f));
+  const json out = evaluate({reference, folder / "small"});
+  ASSERT_EQ(out["warnings"].size(), 1u) << out["warnings"];
+  EXPECT_NE(out["warnings"][0].get<std::string>().find("small is 32 x 24 and is compared at 64 x 48"),
+            std::string::npos);
+}
+
 TEST_F(Slices, WhatTheReaderDoubtsIsSaid) {
   const fs::path gap = swing("gap", 12, 2);
   fs::remove(gap / "1007.png");

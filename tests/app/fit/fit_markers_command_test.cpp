@@ -112,6 +112,8 @@ TEST(FitMarkersCommand, ATableOfMarkersTellsStiffnessDampingAndRelease) {
   EXPECT_NEAR(result["release_s"].get<double>(), kRelease, 1e-3);
   EXPECT_LT(result["rms_mm"].get<double>(), 0.4);  // the tip falls by more than 100 mm
   EXPECT_LT(result["rms_with_later_mm"].get<double>(), 1.5);
+  EXPECT_GT(result["rms_still_mm"].get<double>(), 10);
+  EXPECT_EQ(result["search_end"], 0);
   EXPECT_EQ(result["markers"], json({"tip", "mid", "near"}));
   EXPECT_NE(result["undetermined"].dump().find("density"), std::string::npos);
   for (const char* file : {"fit/markers.png", "fit/search.png", "fit/report.html"})

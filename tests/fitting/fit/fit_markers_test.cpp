@@ -82,6 +82,42 @@ TEST(FitMarkers, FindsStiffnessDampingAndReleaseFromTenTimesWrongEitherWay) {
   }
 }
 
+TEST(FitMarkers, ASpikeAtRestOrInMotionIsIgnoredWithAWarning) {
+  MarkerTracks tracks = recording(1e-5);
+  tracks.position[5][0] += Vec3d(0, 0.2, 0.3);
+  tracks.position[25][1] += Vec3d(0.3, 0, 0);
+  const MarkerFitResult fit = fit_markers(options(), bar(2 * kYoung), let_go(), tracks);
+  EXPECT_NEAR(std::log10(fit.young / kYoung), 0, 0.005);
+  EXPECT_NEAR(fit.parameters.damping_time, kDamping, 0.02);
+  EXPECT_NEAR(fit.parameters.release, kRelease, 5e-4);
+  EXPECT_LT(fit.rms, 5e-5);
+  ASSERT_EQ(fit.warnings.size(), 3u);  // the marker that is not on the bar
+  EXPECT_NE(fit.warnings[1].find("'a' jumps away and back at 0.05 s"), std::string::npos) << fit.warnings[1];
+  EXPECT_NE(fit.warnings[2].find("'b' jumps away and back at 0.25 s"), std::string::npos) << fit.warnings[2];
+}
+
+// A stiffer body, which moves less, is then always a little better.
+TEST(FitMarkers, ALoadThatCannotExplainTheMotionEndsAtTheStiffEndOfTheSearch) {
+  std::vector<Interaction> upwards = let_go();
+  upwards[1].vector = -upwards[1].vector;
+  MarkerFitOptions o = options();
+  o.search_decades = 0.5;
+  o.search_farthest = 1;
+  o.max_iterations = 2;
+  const MarkerFitResult fit = fit_markers(o, bar(kYoung), upwards, recording(1e-5));
+  EXPECT_EQ(fit.search_end, 1);
+  EXPECT_NEAR(fit.young / kYoung, 10, 1e-3);
+  EXPECT_GE(fit.sigma_log10_young, 1);
+  EXPECT_TRUE(std::isfinite(fit.sigma_log10_young));
+  EXPECT_GT(fit.rms, fit.rms_still);
+  // One that can has an end within the search, and explains the motion.
+  o.max_iterations = 8;
+  const MarkerFitResult good = fit_markers(o, bar(2 * kYoung), let_go(), recording(1e-5));
+  EXPECT_EQ(good.search_end, 0);
+  EXPECT_LT(good.sigma_log10_young, 0.1);
+  EXPECT_LT(good.rms, 0.1 * good.rms_still);
+}
+
 TEST(FitMarkers, TheReleaseIsNotBeforeTheFirstRowHoweverEarlyTheMotionWantsIt) {
   MarkerTracks tracks = recording(0);
   // The first row is of a body at rest, soon after the release of the others.

@@ -93,11 +93,54 @@ TEST_F(Markers, ResamplingIsLinearAndDoesNotBridgeGaps) {
 }
 
 TEST_F(Markers, RestIsAMeanAndTheOnsetIsTheLastStillInstant) {
-  const auto m = read("t,a_x,a_y,a_z,b_x,b_y,b_z\n0,1,0,0,,,\n1,3,0,0,,,\n2,2,0,0.1,,,\n3,2,0,5,,,\n4,2,0,10,,,\n");
+  const auto m =
+      read("t,a_x,a_y,a_z,b_x,b_y,b_z\n0,1,0,0,,,\n1,3,0,0,,,\n2,2,0,0.1,,,\n3,2,0,5,,,\n4,2,0,10,,,\n5,2,0,10,,,\n");
   const auto rest = mean_position(m, 0, 2);
   EXPECT_LT((rest[0] - Vec3d(2, 0, 0.1 / 3)).norm(), 1e-15);
   EXPECT_TRUE(std::isnan(rest[1].x()));
   EXPECT_EQ(onset_of_motion(m, std::vector<Vec3d>{{2, 0, 0}, rest[1]}, 0.11), 2);
+}
+
+/// One marker at 1 Hz, away from its place at rest by these distances.
+MarkerTracks moved_by(const std::vector<double>& distances) {
+  MarkerTracks tracks;
+  tracks.name = {"a"};
+  for (const double d : distances) {
+    tracks.time.push_back(static_cast<double>(tracks.time.size()));
+    tracks.position.push_back({Vec3d(1, 2 + d, 3)});
+    tracks.weight.push_back({1});
+  }
+  return tracks;
+}
+
+TEST_F(Markers, ASpikeIsNoOnsetAndHidesNone) {
+  const std::vector<Vec3d> rest = {{1, 2, 3}};
+  EXPECT_EQ(onset_of_motion(moved_by({0, 0, 0, 0, 0, 0, 1, 3, 6, 8, 9, 9}), rest), 5);
+  EXPECT_EQ(onset_of_motion(moved_by({0, 0, 7, 0, 0, 0, 1, 3, 6, 8, 9, 9}), rest), 5) << "at rest";
+  EXPECT_EQ(onset_of_motion(moved_by({0, 0, 0, 0, 0, 0, 1, 3, 6, 900, 9, 9}), rest), 5) << "in motion";
+  EXPECT_EQ(onset_of_motion(moved_by({0, 0, 0, 0, 0, 0, 1, 3, 6, 8, 9, 900}), rest), 5) << "at the end";
+}
+
+TEST_F(Markers, SamplesThatJumpAwayAndBackHaveNoWeightAndMotionKeepsIts) {
+  const auto left_out = [](const MarkerTracks& tracks, double begin = -INFINITY) {
+    std::vector<size_t> out;
+    const MarkerTracks kept = without_spikes(tracks, begin);
+    for (size_t t = 0; t < kept.samples(); ++t)
+      if (kept.weight[t][0] == 0) out.push_back(t);
+    return out;
+  };
+  using Samples = std::vector<size_t>;
+  const MarkerTracks spikes = moved_by({0, 0, 1.5, 0, 0, 0, 1, 3, 6, 8, 9, 9, 40, 8, 7, 6});
+  EXPECT_EQ(left_out(spikes), (Samples{2, 12}));
+  EXPECT_EQ(left_out(spikes, 3), Samples{12}) << "what came before does not count";
+  MarkerTracks gap = spikes;
+  gap.weight[13][0] = 0;
+  EXPECT_EQ(left_out(gap), (Samples{2, 12, 13})) << "beside a gap";
+  // Few samples in a period, about the place of rest and to one side of it; a kick; nothing.
+  EXPECT_EQ(left_out(moved_by({0, 0, 0, 5, 0, -4, 0, 3, 0, -2, 0, 1.5, 0, -1})), Samples{});
+  EXPECT_EQ(left_out(moved_by({0, 0, 0, 5, 9, 4.5, 0.5, 4, 8, 4.2, 1, 4})), Samples{});
+  EXPECT_EQ(left_out(moved_by({0, 0, 0, 0, 6, 12, 11, 9, 8, 6})), Samples{});
+  EXPECT_EQ(left_out(moved_by({0, 0, 0, 0, 0})), Samples{});
 }
 
 }  // namespace
