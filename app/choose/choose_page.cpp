@@ -23,15 +23,6 @@ constexpr size_t kMostViews = 8;
 constexpr double kLongestSide = 800;  // px
 constexpr float kQuality = 80;        // of WebP
 
-/// Marks with '#' in front of the number of their camera, which is the word `at`: the name of another may be a number.
-std::vector<std::string> numbered(std::vector<std::string> marks, size_t at) {
-  for (std::string& mark : marks) {
-    const size_t begin = at == 0 ? 0 : mark.find(',') + 1, end = mark.find_first_not_of("0123456789", begin);
-    if (end != begin && end < mark.size() && mark[end] == ',') mark.insert(begin, "#");
-  }
-  return marks;
-}
-
 }  // namespace
 
 json run_lengths(std::span<const uint32_t> values) {
@@ -44,15 +35,6 @@ json run_lengths(std::span<const uint32_t> values) {
     i = end;
   }
   return out;
-}
-
-SegmentStage segment_by(const Marks& marks) {
-  SegmentStage stage;
-  stage.boxes = numbered(marks.boxes, 0);
-  stage.clicks = numbered(marks.clicks, 0);
-  stage.strokes = numbered(marks.strokes, 1);
-  stage.grow = marks.grow;
-  return stage;
 }
 
 std::vector<int> shown_cameras(const Scene& scene) { return different_cameras(scene.cameras, kMostViews); }
@@ -93,10 +75,7 @@ json choose_data(const RunDirectory& run, const Scene& scene, const Marks& marks
   return {{"title", scene.source.filename().string()},
           {"things", shown_things(run)},
           {"views", views},
-          {"boxes", marks.boxes},
-          {"clicks", marks.clicks},
-          {"strokes", marks.strokes},
-          {"grow", marks.grow},
+          {"marks", marks_json(marks)},
           {"maxGrow", Gesture::kMaxGrow}};
 }
 

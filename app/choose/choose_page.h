@@ -3,24 +3,12 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 
+#include "app/choose/marks.h"
 #include "app/live/local_server.h"
 #include "app/run/run_directory.h"
-#include "app/segment/segment_stage.h"
 #include "gaussians/io/scene/scene.h"
 
 namespace pliant {
-
-/// What was marked in pictures to select an object, as --box, --click, --stroke and --grow take it; cameras by number.
-struct Marks {
-  std::vector<std::string> boxes, clicks, strokes;
-  int grow = 0;
-
-  bool empty() const { return boxes.empty() && clicks.empty() && strokes.empty(); }
-  bool operator==(const Marks&) const = default;
-};
-
-/// The stage that selects by them.
-SegmentStage segment_by(const Marks& marks);
 
 /// The cameras that the page shows, at most eight, all of which are prepared for selection.
 std::vector<int> shown_cameras(const Scene& scene);

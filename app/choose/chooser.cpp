@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/choose/opener.h"
-#include "app/segment/edit_stage.h"
 #include "app/segment/prepared_scene_file.h"
 #include "app/segment/segment_stage.h"
 #include "gaussians/base/error.h"
@@ -16,7 +15,6 @@ using nlohmann::json;
 namespace {
 
 constexpr std::chrono::milliseconds kSettled(1500);  // without new marks a selection is written
-constexpr const char* kUnprepared = "cannot be answered: the scene could not be prepared";
 
 }  // namespace
 
@@ -33,9 +31,15 @@ class Chooser::Visitor : public Client {
 };
 
 Chooser::Chooser(const Context& context, RunDirectory& run, Scene scene, LiveSite& site, ObjectStages stages)
-    : context_(context), run_(run), scene_(std::move(scene)), site_(site), stages_(std::move(stages)), thread_([this] {
-        work();
-      }) {
+    : context_(context),
+      run_(run),
+      scene_(std::move(scene)),
+      site_(site),
+      stages_(std::move(stages)),
+      made_(made_selection(run_, scene_)),
+      wanted_(made_.marks),
+      last_(made_.marks),
+      thread_([this] { work(); }) {
   site_.at_end([this] { stop(); });
 }
 
@@ -52,13 +56,20 @@ void Chooser::stop() {
 }
 
 json Chooser::show() {
-  json data = choose_data(run_, scene_, marks_);
+  Marks marks;
+  {
+    const std::lock_guard lock(mutex_);
+    marks = wanted_.empty() ? made_.marks : wanted_;
+  }
+  json data = choose_data(run_, scene_, marks);
   site_.show({choose_page(data), [this](std::shared_ptr<Connection> connection) {
                 const std::lock_guard lock(mutex_);
                 std::erase_if(visitors_, [](const auto& visitor) { return visitor.expired(); });
                 visitors_.push_back(connection);
                 if (request_) connection->send_text(json({{"busy", name_of(request_->kind)}}).dump());
                 if (!trouble_.is_null()) connection->send_text(text_of(trouble_));
+                if (!wanted_.empty() && wanted_ != made_.marks)
+                  connection->send_text(text_of({{"marks", marks_json(wanted_)}}));
                 return std::make_unique<Visitor>(*this, std::move(connection));
               }});
   return data;
@@ -104,7 +115,9 @@ void Chooser::select(const ChooseRequest& request) {
   early_.reset();
   selected_.reset();
   failed_.clear();
-  if (request.marks.empty()) return name_.clear();
+  if (request.marks.empty()) return;
+  if (!share_one(request.marks, last_)) made_.name.clear();
+  last_ = request.marks;
   asked_ = request.marks;
   if (selecting_) return selecting_->ask(request.marks, request.camera);
   // Without it nothing but the preparation can have failed.
@@ -124,16 +137,6 @@ void Chooser::take_answer(const Selecting::Answer& answer) {
   wake_.notify_one();
 }
 
-void Chooser::take_selection() {
-  std::unique_lock lock(mutex_);
-  if (wanted_.empty()) throw refused_request("object", "0 names no selection that is there; select again");
-  wake_.wait(lock, [&] { return ended_ || cancelled_ || !asked_ || !selecting_; });
-  if (ended_ || cancelled_) throw Error(Failure::kInterrupted, "view", "", "interrupted", "select again");
-  if (asked_) throw refused_request("select", kUnprepared);
-  if (!failed_.empty()) throw std::runtime_error(failed_);
-  selected_ = wanted_;
-}
-
 void Chooser::work() {
   const int threads = context_.threads > 0 ? context_.threads : omp_get_max_threads();
   Progress progress(true);
@@ -149,13 +152,13 @@ void Chooser::work() {
     {
       std::unique_lock lock(mutex_);
       const auto due = [&] { return selected_ && std::chrono::steady_clock::now() >= selected_at_ + kSettled; };
-      while (!ended_ && !request_ && !due()) {
+      while (!ended() && !request_ && !due()) {
         if (selected_)
           wake_.wait_until(lock, selected_at_ + kSettled);
         else
           wake_.wait(lock);
       }
-      if (ended_) return;
+      if (ended()) break;
       if (request_) doing = name_of(request_->kind);
       begun_ = !doing.empty();
       keeping_ = doing.empty();
@@ -166,6 +169,7 @@ void Chooser::work() {
     else
       carry_out(doing, [&] { carry_out(context, behind, *request_); });
   }
+  write_last({progress, [] { return false; }, context_.seed, context_.threads, context_.overwrite});
 }
 
 /// Work for the request of this name, of whose end everyone is told; that without a name goes on behind.
@@ -203,43 +207,6 @@ void Chooser::prepare(const Context& context) {
   if (early_) selecting_->ask(early_->marks, early_->camera);
 }
 
-void Chooser::keep(const Context& context) {
-  std::optional<Marks> marks;
-  std::string name;
-  {
-    const std::lock_guard lock(mutex_);
-    marks.swap(selected_);
-    name = name_;
-  }
-  if (!marks || *marks == marks_) return;
-  const SegmentStage segment = segment_by(*marks);
-  // The name of an earlier selection is given anew below and is no edit to be kept beside the next one.
-  const json edits = run_.note("edits"), record = run_.last_record("segment");
-  if (!marks_.empty()) run_.set_note("edits", {});
-  marks_ = {};
-  try {
-    run_segment(context, run_, scene_, segment);
-  } catch (...) {
-    if (run_.last_record("segment") == record) run_.set_note("edits", edits);  // the earlier selection stays
-    throw;
-  }
-  marks_ = *std::move(marks);
-  if (!name.empty()) name_object(context, SelectionShape::kObject, name);
-  tell_kept(show());
-}
-
-void Chooser::name_object(const Context& context, uint32_t object, const std::string& name) {
-  EditStage edit;
-  edit.edits.push_back(ObjectEdit::parse(ObjectEdit::Kind::kName, std::to_string(object) + "=" + name));
-  run_edit(context, run_, scene_, edit);
-}
-
-void Chooser::tell_kept(const json& shown) {
-  json views = json::array();
-  for (const json& view : shown.at("views")) views.push_back({{"camera", view.at("camera")}, {"ids", view.at("ids")}});
-  tell({{"kept", {{"things", shown.at("things")}, {"views", views}}}});
-}
-
 void Chooser::carry_out(const Context& context, const Context& behind, const ChooseRequest& request) {
   using Kind = ChooseRequest::Kind;
   if (request.kind != Kind::kFind && request.object == 0) take_selection();
@@ -257,21 +224,19 @@ void Chooser::carry_out(const Context& context, const Context& behind, const Cho
   if (request.kind == Kind::kName) {
     const uint32_t object = request.object == 0 ? SelectionShape::kObject : request.object;
     name_object(context, object, request.label);
-    if (!marks_.empty() && object == SelectionShape::kObject) {
+    {
       const std::lock_guard lock(mutex_);
-      name_ = request.label;
+      if (!made_.marks.empty() && object == SelectionShape::kObject) made_.name = request.label;
     }
     tell_kept(show());
     return;
   }
-  SegmentStage segment;
-  segment.automatic = true;
-  run_segment(context, run_, scene_, segment);
-  marks_ = {};
+  run_segment(context, run_, scene_, {});
   {
     const std::lock_guard lock(mutex_);
+    made_ = {};
     wanted_ = {};
-    name_.clear();
+    last_ = {};
   }
   show();
   tell({{"reload", true}});

@@ -14,31 +14,38 @@
 
 namespace pliant {
 
+/// Why marks are refused for as long as a scene could not be prepared.
+inline constexpr const char* kUnprepared = "cannot be answered: the scene could not be prepared";
+
 /// The choice of an object in the browser.  Marks are answered at once; what is written to the run directory is, in a
 /// thread of its own, one request at a time, by the stages of the commands: what is done stays, and a command goes on
 /// from it.  A chosen object is extracted, its material predicted, and a few frames are simulated; then the site shows
 /// it to be moved, and the hole is repaired.
 ///
 /// A client sends a JSON object with one of
-///   "select": {"boxes": [...], "clicks": [...], "strokes": [...], "grow": n, "camera": N}   select the object behind
-///                                                   these marks, as `pliant segment` does; each may be left out;
-///                                                   answered at once, see selecting.h, and written when no other marks
-///                                                   come for a while: {"kept": {"things", "views"}}, see choose_data.
-///                                                   The mask of `camera`, which may be left out, is first.  Without
-///                                                   marks, those before are not answered any more.  Refused where the
-///                                                   scene could not be prepared
+///   "select": {"marks": [{"kind": "box", "click", "stroke" or "grow", "text": "..."}, ...], "camera": N}   select the
+///                                                   object behind these marks, as `pliant segment` does, in the order
+///                                                   in which they were made, see marks.h; "boxes": [...], "clicks":
+///                                                   [...], "strokes": [...], "grow": n are more of them, in this
+///                                                   order; answered at once, see selecting.h, and written when no
+///                                                   other marks come for a while: {"kept": {"things", "views"}}, see
+///                                                   choose_data. The mask of `camera`, which may be left out, is
+///                                                   first.  Without marks, those before are not answered any more.
+///                                                   Refused where the scene could not be prepared
 ///   "hover": [N, x, y]                              what a click there would select, about
-///   "find": true                                    find free-standing objects again, as `pliant segment --auto`
+///   "find": true                                    find the objects that the scene has, as `pliant segment` does:
+///                                                   those of its masks, or free-standing ones
 ///   "make": {"object": id, "label": "..."}          make it ready to be moved; the label, which may be left out, says
 ///                                                   what it is; 0 is what the last marks select, written if it is not
 ///                                                   there, and refused where there are none
 ///   "name": {"object": id, "name": "..."}           name it, as `pliant segment edit --name` does; a selection keeps
-///                                                   its name until it has no marks
+///                                                   its name until one that shares no mark with it
 ///   "cancel": true                                  stops what is under way, and takes back what waits
 /// Answers, to all clients: {"busy": what, or ""}, {"progress": {"text", "fraction"}}, {"said", "warning"},
 /// {"failed": text}, and {"reload": true} where the address now shows something else; to the one, {"error": text}.
-/// Pages that move the object are told {"said": text} when its hole is repaired, or why it cannot be.  What fails
-/// although nobody asked for it is told on the console too, and to those who come later.
+/// Who comes while marks are not written yet is told {"marks": as in "select"}.  What was selected is written at the
+/// end too.  Pages that move the object are told {"said": text} when its hole is repaired, or why it cannot be.  What
+/// fails although nobody asked for it is told on the console too, and to those who come later.
 class Chooser {
  public:
   /// Of a segmented run; `stages` are those that make an object ready.  Context, run and site must outlive it; clients
@@ -64,6 +71,9 @@ class Chooser {
   void take_selection();
   /// Writes what was selected last, where that has not been done, and tells what is there now.
   void keep(const Context& context);
+  bool write(const Context& context);  // whether there was anything to be written
+  /// Writes at the end what was selected shortly before, or warns that it is not written.
+  void write_last(const Context& context);
   /// Extracts, predicts and simulates an object, has the site show it, and repairs what is behind it.
   void make(const Context& context, const ChooseRequest& request);
   /// Fills the hole behind an object that the site shows on a screen to be moved.
@@ -79,7 +89,6 @@ class Chooser {
   const Scene scene_;
   LiveSite& site_;
   const ObjectStages stages_;
-  Marks marks_;  // of the selection that is there; empty = there is none, or it could not be written
   PreparedScene prepared_;
 
   std::mutex mutex_;
@@ -90,11 +99,12 @@ class Chooser {
   bool keeping_ = false;                  // the objects are being replaced by the selection
   nlohmann::json trouble_;                // a failure behind, for those who come later; null = there was none
   std::optional<ChooseRequest> early_;    // to select, before the scene was prepared
+  MadeSelection made_;                    // that is there, without marks = there is none; next marks keep its name
   Marks wanted_;                          // by the last `select`, since objects were found; empty = none
+  Marks last_;                            // that were wanted
   std::optional<Marks> asked_;            // marks that are not answered yet
   std::string failed_;                    // why the last ones select nothing
   std::optional<Marks> selected_;         // by marks, not written yet
-  std::string name_;                      // of the selection, which the next marks keep; empty = it has none
   std::chrono::steady_clock::time_point selected_at_;
   std::unique_ptr<Selecting> selecting_;  // null while the scene is being prepared
   std::atomic<bool> cancelled_ = false, ended_ = false;

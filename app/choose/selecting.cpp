@@ -2,6 +2,8 @@
 
 #include <omp.h>
 
+#include <algorithm>
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "app/segment/prepared_scene_file.h"
@@ -89,10 +91,13 @@ void Selecting::work() {
 void Selecting::answer(const Question& question) {
   const Gesture gesture = gesture_of(segment_by(question.marks), scene_.cameras);
   const GestureOptions options = gesture_options(context_, scene_);
-  const GestureResult result = select_by_gesture(options, gesture, {}, scene_.cloud, scene_.cameras, prepared_);
+  const auto start = std::chrono::steady_clock::now();
+  const GestureResult result =
+      select_by_gesture(options, gesture, {}, scene_.cloud, scene_.cameras, prepared_, &steps_);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::vector<float> member(scene_.cloud.size());
   for (size_t p = 0; p < member.size(); ++p) member[p] = result.selected(p);
-  tell_({{"selected", {{"gaussians", result.summary.selected}, {"seconds", result.summary.seconds}}}});
+  tell_({{"selected", {{"gaussians", result.summary.selected}, {"seconds", seconds}}}});
   std::vector<int> cameras = shown_cameras(scene_);
   if (const auto first = std::find(cameras.begin(), cameras.end(), question.camera); first != cameras.end())
     std::rotate(cameras.begin(), first, cameras.end());

@@ -54,6 +54,7 @@ class Selecting {
   const PreparedScene& prepared_;
   const std::function<void(const nlohmann::json&)> tell_;
   const std::function<void(const Answer&)> selected_;
+  GestureSteps steps_;  // of the last question; for the thread alone
 
   std::mutex mutex_;
   std::condition_variable wake_;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gaussians/base/error.h"
+#include "gaussians/io/files/utf8.h"
 
 namespace pliant {
 using nlohmann::json;
@@ -16,8 +17,8 @@ constexpr int kMostDepth = 16;
 constexpr double kLargest = 1e6;
 
 Error wrong(const json& value, const std::string& field, const std::string& remedy) {
-  return usage_error("message", field, "is " + value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, 40),
-                     remedy);
+  return usage_error("message", field,
+                     "is " + beginning_of(value.dump(-1, ' ', false, json::error_handler_t::replace), 40), remedy);
 }
 
 }  // namespace

@@ -1,11 +1,14 @@
 #include "app/segment/object_source.h"
 
+#include <nlohmann/json.hpp>
+
 #include "app/run/physdreamer_scene.h"
 #include "app/segment/automatic_objects.h"
 #include "app/segment/label_choice.h"
 #include "gaussians/base/error.h"
 
 namespace pliant {
+using nlohmann::json;
 
 ObjectSource source_of(const Scene& scene, const SegmentStage& stage) {
   const bool gesture = has_gestures(stage);
@@ -55,6 +58,12 @@ void check_object_options(ObjectSource source, const SegmentStage& stage) {
 
 bool learns_from_masks(ObjectSource source) {
   return source == ObjectSource::kMasks || source == ObjectSource::kSegmenter || source == ObjectSource::kJoint;
+}
+
+bool has_learned_objects(const RunDirectory& run) {
+  if (!run.has("segment")) return false;
+  const json summary = run.last_record("segment").value("summary", json::object());
+  return !summary.value("automatic", false) && !summary.value("selected", false);
 }
 
 bool selects_one_object(ObjectSource source) {

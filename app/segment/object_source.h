@@ -31,6 +31,9 @@ void check_object_options(ObjectSource source, const SegmentStage& stage);
 /// Whether the attribute is learnt from masks; otherwise the label of every Gaussian is known.
 bool learns_from_masks(ObjectSource source);
 
+/// Whether the objects of a run were learned, from masks or by a program before, so that marks do not find them again.
+bool has_learned_objects(const RunDirectory& run);
+
 /// Whether there is one object, whose name the scene file cannot know.
 bool selects_one_object(ObjectSource source);
 

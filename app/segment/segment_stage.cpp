@@ -269,7 +269,8 @@ StageInputs<SegmentStage> inputs_of(const RunDirectory& run, const Scene& scene,
   in.scene = only(in.parts, scene);
   in.found["held_out"] = held_out;
   for (const int camera : held_out) in.outputs.push_back("held_out/" + scene.cameras[camera].name + ".png");
-  if (!run.note("edits").empty()) in.kept = {"segmentation.h5", "objects.json", "objects.png"};
+  if (!run.note("edits").empty() || (has_gestures(stage) && has_learned_objects(run)))
+    in.kept = {"segmentation.h5", "objects.json", "objects.png"};
   return in;
 }
 
@@ -286,7 +287,7 @@ json run_segment(const Context& context, RunDirectory& run, const Scene& scene, 
     run.forget("segment");
     context.progress.say(fmt::format("segment: {} manual edits are discarded", edits.size()));
   }
-  // Only what a person has edited is kept, whatever the result before it kept of its own predecessor.
+  // Only what a person has edited, or marks replace, is kept, whatever the result before it kept of its predecessor.
   Context replacing = context;
   replacing.overwrite = context.overwrite || in.kept.empty();
   const json summary = run.stage(replacing, key_of(in), [&](const std::string& provenance) {

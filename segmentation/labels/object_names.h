@@ -6,7 +6,7 @@
 
 namespace pliant {
 
-/// Bytes of the longest name that a person may give, and of what a folder shows of a name.
+/// Characters of the longest name that a person may give; bytes of what a folder shows of a name.
 constexpr size_t kLongestName = 100;
 
 /// Class of the object that `wanted` names by id or by name.  Throws Error{kUsage} about `option` when there is none,

@@ -134,10 +134,10 @@ void check_new_name(const ObjectEdit& edit) {
   };
   if (edit.name.find_first_not_of("0123456789") == std::string::npos)
     throw refuse("is a name that could be an ID", "give a name with a letter in it");
-  if (edit.name.size() > kLongestName)
-    throw refuse("is a name of " + std::to_string(edit.name.size()) + " bytes",
-                 "give one of at most " + std::to_string(kLongestName));
   if (as_utf8(edit.name) != edit.name) throw refuse("is a name that is not UTF-8", "write it in UTF-8");
+  if (const size_t characters = character_count(edit.name); characters > kLongestName)
+    throw refuse("is a name of " + std::to_string(characters) + " characters",
+                 "give one of at most " + std::to_string(kLongestName));
   for (char c : edit.name)
     if (static_cast<unsigned char>(c) < 32 || c == ',')
       throw refuse("is a name with a comma or an unprintable character", "leave it out");

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 
 #include "gaussians/base/error.h"
 #include "gaussians/base/quantile.h"
@@ -225,31 +226,54 @@ GestureResult joined(const GestureResult& before, GestureResult after, bool adds
   return after;
 }
 
+/// Leaves of `known` what holds for the first strokes of `gesture`, or for it and strokes that were taken back.
+void keep_common(const Gesture& gesture, GestureSteps& known) {
+  const auto& before = known.gesture.strokes;
+  const auto& now = gesture.strokes;
+  if (known.gesture.boxes != gesture.boxes) {
+    known.steps.clear();
+  } else {
+    const size_t common = std::mismatch(before.begin(), before.end(), now.begin(), now.end()).first - before.begin();
+    if (common == now.size()) return;
+    known.steps.erase(known.steps.upper_bound(common), known.steps.end());
+  }
+  known.gesture = gesture;
+}
+
+/// Adds the step of so many strokes; where there are too many, those go that the next question needs least.
+void add_step(size_t strokes, GestureSteps::Step step, GestureSteps& known) {
+  known.steps.insert_or_assign(strokes, std::move(step));
+  while (known.steps.size() > std::max<size_t>(known.most, 1))
+    known.steps.erase(known.steps.rbegin()->first > strokes ? std::prev(known.steps.end()) : known.steps.begin());
+}
+
 }  // namespace
 
 GestureResult select_by_gesture(const GestureOptions& options, const Gesture& gesture,
                                 const std::optional<SelectionShape>& shape, const GaussianCloud& cloud,
-                                const std::vector<Camera>& cameras, const PreparedScene& scene) {
+                                const std::vector<Camera>& cameras, const PreparedScene& scene, GestureSteps* steps) {
   CHECK(!gesture.empty());
-  const auto grown = [&](GestureResult result) {
-    if (gesture.grow != 0) Selector(options, gesture, cloud, cameras, scene).grow(shape, result);
-    return result;
-  };
+  GestureSteps none{.most = 1};
+  GestureSteps& known = steps ? *steps : none;
+  keep_common(gesture, known);
   // Strokes count one after the other where boxes already say what is meant.
-  if (gesture.boxes.empty() || !options.one_by_one)
-    return grown(Selector(options, gesture, cloud, cameras, scene).run(shape));
-  Gesture so_far;
-  so_far.boxes = gesture.boxes;
-  std::optional<GestureResult> result;
-  std::vector<int> part;
-  for (size_t k = 0; k <= gesture.strokes.size(); ++k) {
-    if (k > 0) so_far.strokes.push_back(gesture.strokes[k - 1]);
+  const bool one_by_one = !gesture.boxes.empty() && options.one_by_one;
+  const size_t count = gesture.strokes.size();
+  const auto behind = known.steps.upper_bound(count);
+  size_t next = !one_by_one ? count : behind == known.steps.begin() ? 0 : std::prev(behind)->first + 1;
+  for (; next <= count && !known.steps.contains(count); ++next) {
+    Gesture so_far;
+    so_far.boxes = gesture.boxes;
+    so_far.strokes.assign(gesture.strokes.begin(), gesture.strokes.begin() + static_cast<std::ptrdiff_t>(next));
+    const GestureSteps::Step* const before = one_by_one && next > 0 ? &known.steps.at(next - 1) : nullptr;
     Selector selector(options, so_far, cloud, cameras, scene);
-    GestureResult next = selector.run(shape, k > 0 ? &part : nullptr);
-    part = selector.part();
-    result = result ? joined(*result, std::move(next), so_far.strokes.back().foreground) : std::move(next);
+    GestureResult result = selector.run(shape, before ? &before->part : nullptr);
+    if (before) result = joined(before->result, std::move(result), so_far.strokes.back().foreground);
+    add_step(next, {std::move(result), selector.part()}, known);
   }
-  return grown(*std::move(result));
+  GestureResult result = known.steps.at(count).result;
+  if (gesture.grow != 0) Selector(options, gesture, cloud, cameras, scene).grow(shape, result);
+  return result;
 }
 
 std::vector<uint8_t> guess_by_click(const GestureOptions& options, const StrokePrompt& click,

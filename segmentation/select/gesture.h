@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -69,6 +70,18 @@ struct GestureResult {
   bool selected(size_t p) const { return probability[p] > 0.5f; }
 };
 
+/// What a gesture selected with its first strokes, so that the next question goes on from there.  One is for questions
+/// about the same scene, with the same options and shape.
+struct GestureSteps {
+  struct Step {
+    GestureResult result;   ///< not grown
+    std::vector<int> part;  ///< see Selector::part
+  };
+  size_t most = 32;  ///< steps that are kept: 5 bytes per Gaussian each
+  Gesture gesture = {};
+  std::map<size_t, Step> steps = {};  ///< by the number of strokes
+};
+
 /// Object behind boxes, clicks and strokes.  1. GrabCut in every box's window. 2. Masks become evidence on Gaussians
 /// through the blend weights; what lies outside a box's frustum (or outside `shape`) is background.  3. A minimum cut
 /// of the graph of Gaussians, largest part.  4. Masks of more of the scene's views, started from what is selected, and
@@ -77,11 +90,12 @@ struct GestureResult {
 /// with it takes its place if that fits them better (people draw boxes that a thing fills: Lempitsky et al. 2009).
 /// 5. What lies in the boxes and touches nothing but the object is the object's, whatever its colour.  Without a box,
 /// what hangs together with what was clicked, apart from the planes behind it, is the proposal; without such planes the
-/// parts of the graph nearest to it.  Equal for any number of threads.  Throws
-/// Error{kUsage} when nothing is selected.
+/// parts of the graph nearest to it.  Equal for any number of threads, and whatever is in `steps`: with it, only
+/// strokes that are new cost time.  Throws Error{kUsage} when nothing is selected.
 GestureResult select_by_gesture(const GestureOptions& options, const Gesture& gesture,
                                 const std::optional<SelectionShape>& shape, const GaussianCloud& cloud,
-                                const std::vector<Camera>& cameras, const PreparedScene& prepared);
+                                const std::vector<Camera>& cameras, const PreparedScene& prepared,
+                                GestureSteps* steps = nullptr);
 
 /// What a click would select, about, in a fraction of the time: the superpoints that hang together with it [N].
 std::vector<uint8_t> guess_by_click(const GestureOptions& options, const StrokePrompt& click,

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kBoxForm = "V,x0,y0,x1,y1: a camera and two corners in pixels of its image";
 constexpr const char* kClickForm = "V,x,y: a camera and a pixel of its image";
-constexpr const char* kStrokeForm = "fg or bg,V,x0,y0,x1,y1,...: a camera and at least two pixels of its image";
+constexpr const char* kStrokeForm = "fg or bg,V,x0,y0,x1,y1,...: a camera and pixels of its image";
 
 /// The comma-separated words of one option and what is read from them.
 struct Words {
@@ -99,9 +99,9 @@ void add_click(const std::string& text, const std::vector<Camera>& cameras, floa
 
 void add_stroke(const std::string& text, const std::vector<Camera>& cameras, float width, Gesture& gesture) {
   const Words words("--stroke", text, kStrokeForm, cameras);
-  if (words.words.size() < 6 || words.words.size() % 2 != 0)
+  if (words.words.size() < 4 || words.words.size() % 2 != 0)
     throw words.wrong_form("has " + std::to_string(words.words.size()) +
-                           " values, 6 or a larger even number are needed");
+                           " values, 4 or a larger even number are needed");
   if (words.words[0] != "fg" && words.words[0] != "bg") throw words.wrong_form("begins with '" + words.words[0] + "'");
   StrokePrompt stroke;
   stroke.foreground = words.words[0] == "fg";

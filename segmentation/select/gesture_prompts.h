@@ -12,6 +12,8 @@ namespace pliant {
 struct BoxPrompt {
   int camera = -1;
   float x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+  bool operator==(const BoxPrompt&) const = default;
 };
 
 /// What a person drew over a camera's picture: the surfaces under a polyline belong to the object, or do not.  A click
@@ -21,11 +23,13 @@ struct StrokePrompt {
   bool foreground = true;
   std::vector<Vec2f> points;  ///< px
   float width = 8;            ///< px
+
+  bool operator==(const StrokePrompt&) const = default;
 };
 
 struct Gesture {
   std::vector<BoxPrompt> boxes;
-  std::vector<StrokePrompt> strokes;
+  std::vector<StrokePrompt> strokes;  ///< a later one counts over an earlier one at the same place
   static constexpr int kMaxGrow = 100;
   int grow = 0;  ///< rounds of neighbors that the selection takes in at last, or gives up where negative
 
@@ -38,7 +42,7 @@ struct Gesture {
 void add_box(const std::string& text, const std::vector<Camera>& cameras, Gesture& gesture);  ///< --box V,x0,y0,x1,y1
 void add_click(const std::string& text, const std::vector<Camera>& cameras, float width,
                Gesture& gesture);  ///< --click V,x,y
-/// --stroke fg|bg,V,x0,y0,x1,y1[,x2,y2...]
+/// --stroke fg|bg,V,x0,y0[,x1,y1...]
 void add_stroke(const std::string& text, const std::vector<Camera>& cameras, float width, Gesture& gesture);
 
 }  // namespace pliant

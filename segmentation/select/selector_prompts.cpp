@@ -71,6 +71,7 @@ void Selector::find_members(const std::optional<SelectionShape>& shape) {
 void Selector::fix_seeds() {
   fixed_.assign(cloud_.size(), 0);
   std::vector<int> marked_by(cloud_.size(), -1);
+  std::vector<std::vector<size_t>> clicked(gesture_.strokes.size());  // by clicks on the object
   const auto mark = [&](size_t p, size_t stroke) {
     fixed_[p] = gesture_.strokes[stroke].foreground ? 1 : -1;
     marked_by[p] = static_cast<int>(stroke);
@@ -99,13 +100,22 @@ void Selector::fix_seeds() {
     found = hits.size();
     if (found == 0 && best) {
       mark(*best, s);
+      hits.push_back({*best});
       ++found;
     }
+    if (stroke.foreground && stroke.points.size() == 1)
+      for (const Hit& hit : hits) clicked[s].push_back(hit.gaussian);
     if (found == 0)
       summary_.warnings.push_back(std::string(stroke.points.size() == 1 ? "a click" : "a stroke") + " in '" +
                                   cameras_[stroke.camera].name + "' hits no Gaussian that could belong to the object");
     summary_.seeds += found;
   }
+  for (size_t s = 0; s < clicked.size(); ++s)
+    if (!clicked[s].empty() &&
+        std::all_of(clicked[s].begin(), clicked[s].end(), [&](size_t p) { return fixed_[p] < 0; }))
+      summary_.warnings.push_back("a click in '" + cameras_[gesture_.strokes[s].camera].name +
+                                  "' has no effect: strokes that count after it mark all that it hits as background; "
+                                  "give it as --stroke fg,V,x,y behind them");
   std::vector<std::vector<int>> marks(gesture_.strokes.size());
   for (size_t p = 0; p < cloud_.size(); ++p)
     if (fixed_[p] > 0) marks[marked_by[p]].push_back(static_cast<int>(p));

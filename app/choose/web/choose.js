@@ -6,8 +6,7 @@ const data = JSON.parse(document.getElementById('data').textContent);
 const element = (id) => document.getElementById(id);
 let names = new Map(data.things.map((thing) => [thing.id, thing]));
 // Marks in the order in which they were made; what was undone can be made again.
-let marks = ['box', 'click', 'stroke'].flatMap((kind) => data[{box: 'boxes', click: 'clicks', stroke: 'strokes'}[kind]].map((text) => ({kind, text})));
-for (let k = 0; k < Math.abs(data.grow); ++k) marks.push({kind: 'grow', text: String(Math.sign(data.grow))});
+let marks = data.marks;
 let undone = [];
 // `chosen` is an object, or what is selected by marks; `cross` is where the keyboard has put the next mark.
 const SELECTION = -1;

@@ -23,7 +23,7 @@ function addMarks(more) {
   ask();
 }
 
-/** Marks that count: a box in a view takes the place of an earlier one there. */
+/** Marks that count, as segment_by of marks.h takes them: a box in a view takes the place of an earlier one there. */
 function currentMarks() {
   const cameraOf = (mark) => mark.text.split(',')[0];
   return marks.filter((mark, k) => mark.kind !== 'box' ||
@@ -42,21 +42,31 @@ function growBy(step) {
   ask();
 }
 
+let asked = false;  // for the marks of this page
+
 /** Has the program select what is marked. */
 function ask() {
-  if (socket.readyState !== WebSocket.OPEN) {
+  if (socket.readyState > WebSocket.OPEN) {
     update();
     return sayGone();
   }
+  asked = true;
   clearHint();
   for (const view of data.views) view.mask = null;
   chosen = marks.length ? SELECTION : 0;
   element('selection').textContent = marks.length ? 'Selecting…' : '';
   fail('');
   update();
-  const texts = (kind) => currentMarks().filter((mark) => mark.kind === kind).map((mark) => mark.text);
-  send({select: {boxes: texts('box'), clicks: texts('click'), strokes: texts('stroke'), grow: grown(),
-      camera: data.views[at].camera}});
+  send({select: {marks, camera: data.views[at].camera}});
+}
+
+/** Takes marks over that were made in another page, or before this one was loaded, and are not written yet. */
+function takeOver(others) {
+  if (asked) return;
+  marks = others;
+  if (!busy) return ask();
+  chosen = SELECTION;
+  update();
 }
 
 function undo() {

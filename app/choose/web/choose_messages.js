@@ -1,7 +1,14 @@
 // What the program says, and what it is asked for besides a selection.  The last of the script: the page is ready.
 
 const socket = new WebSocket(new URL('live', location.href).href.replace(/^http/, 'ws'));
-const send = (message) => socket.send(JSON.stringify(message));
+/** Sends a message as soon as the connection is there. */
+function send(message) {
+  const text = JSON.stringify(message);
+  if (socket.readyState === WebSocket.CONNECTING)
+    socket.addEventListener('open', () => socket.send(text), {once: true});
+  else
+    socket.send(text);
+}
 const says = {find: 'Finding objects', make: 'Preparing the object', name: 'Naming'};
 function fail(text) {
   element('failed').textContent = text;
@@ -16,6 +23,7 @@ socket.onmessage = ({data: text}) => {
     element('progress').value = 0;
     update();
   }
+  if (message.marks) takeOver(message.marks);
   if (message.selected && chosen === SELECTION) {
     const {gaussians, seconds} = message.selected;
     element('selection').textContent = `${gaussians.toLocaleString('en')} Gaussians selected in ${seconds.toFixed(2)} s`;

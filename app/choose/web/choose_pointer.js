@@ -1,6 +1,7 @@
 // What a pointer, or the keys in its place, does in the picture: it takes objects and draws marks.
 
 const LEAST_STEP = 3;  // px between the points of a line, and of the sides of a box
+const LEAST_BOX = 4;  // px of the camera, of the sides of a box; see add_box of gesture_prompts.cpp
 const MOST_POINTS = 1000;  // of a mark; see kLongestMark of choose_request.cpp
 let pointer = null;  // id of the one that draws the line; null = the keys do
 
@@ -70,8 +71,11 @@ function finish() {
   }
   const [x0, y0] = points[0], [x1, y1] = points.at(-1);
   if (Math.abs(x1 - x0) < LEAST_STEP || Math.abs(y1 - y0) < LEAST_STEP) return draw();
-  const corners = [[Math.min(x0, x1), Math.min(y0, y1)], [Math.max(x0, x1), Math.max(y0, y1)]];
-  addMarks([{kind: 'box', text: `${camera},${corners.map(textOf).join(',')}`}]);
+  const corners = [[Math.min(x0, x1), Math.min(y0, y1)], [Math.max(x0, x1), Math.max(y0, y1)]].map(textOf);
+  // As the program reads them, in single precision.
+  const [low, high] = corners.map((text) => text.split(',').map((number) => Math.fround(number)));
+  if (low.some((x, axis) => Math.fround(high[axis] - x) < LEAST_BOX)) return draw();
+  addMarks([{kind: 'box', text: `${camera},${corners.join(',')}`}]);
 }
 
 canvas.onpointerdown = (event) => {

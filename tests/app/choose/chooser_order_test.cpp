@@ -97,14 +97,6 @@ TEST_F(Choice, ARequestIsToldAtOnceAndTakenBackWhileTheSceneIsBeingPrepared) {
   EXPECT_FALSE(run_->has("simulate"));
 }
 
-TEST(SegmentBy, MarksOfThePageNameCamerasByNumberWhateverTheyAreCalled) {
-  const SegmentStage stage = segment_by({{"3,1,2,30,40"}, {"0,1,2", "nowhere,1,2"}, {"fg,12,1,2,3,4"}, 5});
-  EXPECT_EQ(stage.boxes, std::vector<std::string>{"#3,1,2,30,40"});
-  EXPECT_EQ(stage.clicks, (std::vector<std::string>{"#0,1,2", "nowhere,1,2"}));
-  EXPECT_EQ(stage.strokes, std::vector<std::string>{"fg,#12,1,2,3,4"});
-  EXPECT_EQ(stage.grow, 5);
-}
-
 TEST_F(Choice, WhatFailsBehindIsToldOnTheConsoleAndToThoseWhoComeLater) {
   stop();
   fs::remove(*run_ / "prepared_scene.bin");
@@ -155,29 +147,6 @@ TEST_F(Choice, AHoleThatCannotBeRepairedIsToldToWhoMovesTheObjectNowOrLater) {
   EXPECT_NE(json::parse(late->next())["said"].get<std::string>().find("the disk is full"), std::string::npos);
   mover->receive(R"({"id": 1, "frames": 1})");
   EXPECT_EQ(late->next().substr(0, 4), "PLNT");
-}
-
-TEST_F(Choice, ANameStaysWithTheSelectionUntilThereIsNone) {
-  const Place place = middle_of(plant());
-  const auto select = [&](int grow) {
-    client_->receive(json({{"select", {{"clicks", {place.click}}, {"grow", grow}}}}).dump());
-  };
-  select(0);
-  client_->receive(R"({"name": {"object": 0, "name": "Vase"}})");
-  await("kept");
-  EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
-  EXPECT_EQ(await("busy"), "");
-  for (const char* refused : {"7", "a,b"}) {
-    client_->receive(json({{"name", {{"object", 0}, {"name", refused}}}}).dump());
-    EXPECT_NE(await("failed").get<std::string>().find("--name"), std::string::npos) << refused;
-    EXPECT_EQ(data()["things"][0]["name"], "Vase") << refused;
-  }
-  select(1);
-  EXPECT_EQ(await("kept")["things"][0]["name"], "Vase");
-  EXPECT_FALSE(fs::exists(*run_ / "objects.json.1")) << "the page's own selection is replaced";
-  client_->receive(R"({"select": {}})");
-  select(2);
-  EXPECT_EQ(await("kept")["things"][0]["name"], "object");
 }
 
 }  // namespace

@@ -82,6 +82,66 @@ TEST_F(Choice, PickingAnObjectEndsTheMarksAndAnotherWithItsIdIsNotChosen) {
   EXPECT_EQ(value["name"], json({{"name", {{"object", value["first"]}, {"name", "Vase"}}}}));
 }
 
+TEST_F(Choice, WhatIsMarkedBeforeTheConnectionIsThereIsAskedWhenItIs) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  const json value = in_page(R"(
+    const sent = [];
+    socket.send = (text) => sent.push(JSON.parse(text));
+    Object.defineProperty(socket, 'readyState', {value: WebSocket.CONNECTING, configurable: true});
+    useTool('click');
+    begin([10, 10]);
+    element('find').click();
+    const early = sent.length, failed = element('failed').textContent;
+    delete socket.readyState;
+    socket.dispatchEvent(new Event('open'));
+    return {early, failed, sent, marks};
+  )",
+                             plant(), site_, folder);
+  EXPECT_EQ(value["early"], 0);
+  EXPECT_EQ(value["failed"], "");
+  ASSERT_EQ(value["sent"].size(), 2u);
+  EXPECT_EQ(value["sent"][0]["select"]["marks"], value["marks"]);
+  EXPECT_EQ(value["sent"][1], json({{"find", true}}));
+}
+
+TEST_F(Choice, MarksAreSentAndUndoneInTheirOrderAlsoAfterAReload) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  const json value = in_page(R"(
+    const sent = [], none = marks.length;
+    socket.send = (text) => sent.push(JSON.parse(text));
+    const before = [{kind: 'stroke', text: 'bg,0,1,1,2,2'}, {kind: 'click', text: '0,1,1'}, {kind: 'grow', text: '1'}];
+    socket.onmessage({data: JSON.stringify({marks: before})});
+    const taken = chosen;
+    undo();
+    socket.onmessage({data: JSON.stringify({marks: before})});  // this page knows better
+    undo();
+    return {none, taken, before, lists: sent.map((message) => message.select.marks)};
+  )",
+                             plant(), site_, folder);
+  EXPECT_EQ(value["none"], 0);
+  EXPECT_EQ(value["taken"], -1);
+  const json& before = value["before"];
+  EXPECT_EQ(value["lists"], json::array({before, json::array({before[0], before[1]}), json::array({before[0]})}));
+}
+
+TEST_F(Choice, ABoxThatTheProgramWouldRefuseIsNoMark) {
+  if (const std::string missing = browser_missing(); !missing.empty()) GTEST_SKIP() << missing;
+  const json value = in_page(R"(
+    socket.send = () => {};
+    useTool('box');
+    const counts = [];
+    for (const [scale, side] of [[1, 3.5], [1, 4], [2, 3.5]]) {
+      view.scale = [scale, scale];
+      line = [[10, 10], [10 + side, 20]];
+      finish();
+      counts.push(marks.length);
+    }
+    return counts;
+  )",
+                             plant(), site_, folder);
+  EXPECT_EQ(value, json::array({0, 1, 2}));
+}
+
 TEST_F(Choice, MarksInTheLastRowOfAPictureAreInThePhoto) {
   Scene scene = scene_;
   scene.cameras = {scene_.cameras[0].resized(1000, 667)};  // shown with 800 x 534

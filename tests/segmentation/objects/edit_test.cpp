@@ -270,7 +270,12 @@ TEST(Edit, MistakesNameTheNearestObjectAndChangeNothing) {
   expect_error(Failure::kUsage, {"--merge", "two or more"}, [&] { f.edit(Kind::kMerge, "300"); });
   expect_error(Failure::kUsage, {"--name", "ID=NAME"}, [&] { f.edit(Kind::kName, "300"); });
   expect_error(Failure::kUsage, {"--name", "could be an ID"}, [&] { f.edit(Kind::kName, "300=17"); });
-  expect_error(Failure::kUsage, {"--name", "101 bytes"}, [&] { f.edit(Kind::kName, "300=" + std::string(101, 'v')); });
+  expect_error(Failure::kUsage, {"--name", "101 characters"},
+               [&] { f.edit(Kind::kName, "300=" + std::string(101, 'v')); });
+  std::string hundred;  // characters of three bytes
+  for (int k = 0; k < 100; ++k) hundred += "\u690d";
+  EXPECT_EQ(ObjectEdit::parse(Kind::kName, "300=" + hundred).name, hundred);
+  expect_error(Failure::kUsage, {"UTF-8"}, [&] { f.edit(Kind::kName, "300=" + std::string(101, '\xff')); });
   expect_error(Failure::kUsage, {"--name", "UTF-8"}, [&] { f.edit(Kind::kName, "300=caf\xe9"); });
   expect_error(Failure::kUsage, {"--name", "pear", "object 5"}, [&] { f.edit(Kind::kName, "300=pear"); });
   // So it is for an edit that was not parsed.
