@@ -153,7 +153,9 @@ TEST_F(ReplacingAResult, AProgramThatIsKilledAsItMovesThePreviousResultLosesNoth
     EXPECT_EQ(attempt(2, {}, Failure::kInterrupted), Failure::kInterrupted);
     fs::remove_all(folder_ / "run/fit");
     fs::rename(folder_ / "run/fit.1", folder_ / "run/fit");
-    if (next != 1) EXPECT_EQ(attempt(next, {}, Failure::kNumerical), Failure::kNumerical);
+    if (next != 1) {
+      EXPECT_EQ(attempt(next, {}, Failure::kNumerical), Failure::kNumerical);
+    }
     expect_first();
   }
   EXPECT_EQ(attempt(2, {"fit/out.txt", "new.png"}, {}), std::nullopt);
