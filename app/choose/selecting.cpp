@@ -18,7 +18,7 @@ namespace {
 
 constexpr float kClick = 8;  // px, width
 
-/// Where the Gaussians of `member` make up more than half of what a picture shows.
+/// {NAME: {camera, width, height, runs}}, the runs of 0 and 1 of a mask.
 json mask_message(const char* name, int index, int width, int height, const std::vector<uint32_t>& mask) {
   return {{name, {{"camera", index}, {"width", width}, {"height", height}, {"runs", run_lengths(mask)}}}};
 }
