@@ -1,9 +1,10 @@
 #include "app/import/physgaussian_config.h"
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 
+#include "app/import/physgaussian_boundary.h"
+#include "app/import/physgaussian_keys.h"
 #include "gaussians/base/error.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
@@ -14,8 +15,6 @@ using nlohmann::json;
 namespace {
 
 using Config = PhysGaussianConfig;
-using Boundary = Config::Boundary;
-using BoundaryType = Config::BoundaryType;
 
 const std::vector<std::string> kMaterials = {"jelly", "metal", "sand", "foam", "snow", "plasticine"};
 
@@ -58,151 +57,10 @@ const std::vector<std::string> kTopKeys = {"material",
                                            "delta_e",
                                            "delta_r"};
 
-/// JSON object whose values are read with a default, and bounds checked by name.
-class Keys {
- public:
-  explicit Keys(const JsonObject& object) : object_(object) {}
-
-  bool has(const std::string& key) const { return object_.has(key); }
-  void number(const std::string& key, double& value, double low = -INFINITY, double high = INFINITY) const {
-    value = object_.number(key, value);
-    if (!(value >= low && value <= high))
-      throw object_.complaint(key, "is " + std::to_string(value),
-                              "it must lie between " + std::to_string(low) + " and " + std::to_string(high));
-  }
-  void positive(const std::string& key, double& value) const {
-    number(key, value);
-    if (!(value > 0)) throw object_.complaint(key, "is " + std::to_string(value), "it must be positive");
-  }
-  void whole(const std::string& key, int& value, int low, int high) const {
-    double number_value = value;
-    number(key, number_value, low, high);
-    if (number_value != std::floor(number_value))
-      throw object_.complaint(key, "is " + std::to_string(number_value), "it must be an integer");
-    value = static_cast<int>(number_value);
-  }
-  /// true, false, or a number as PhysGaussian's files have it.
-  void flag(const std::string& key, bool& value, const json& parent) const {
-    if (!parent.contains(key)) return;
-    value = parent[key].is_boolean() ? parent[key].get<bool>() : object_.number(key) != 0;
-  }
-  void vector(const std::string& key, Vec3d& value) const {
-    if (!has(key)) return;
-    const std::vector<double> v = object_.numbers(key, 3);
-    value = Vec3d(v[0], v[1], v[2]);
-  }
-  void half_extent(const std::string& key, Vec3d& value) const {
-    vector(key, value);
-    if (!(value.minCoeff() > 0))
-      throw object_.complaint(key, "has a side that is not positive", "give three half extents");
-  }
-  void six(const std::string& key, std::optional<std::array<double, 6>>& value, const json& parent) const {
-    if (!parent.contains(key) || parent[key].is_null()) return;
-    const std::vector<double> v = object_.numbers(key, 6);
-    for (int a = 0; a < 3; ++a)
-      if (!(v[2 * a] < v[2 * a + 1]))
-        throw object_.complaint(key, "is empty along axis " + std::to_string(a), "give x0, x1, y0, y1, z0, z1");
-    value = {v[0], v[1], v[2], v[3], v[4], v[5]};
-  }
-  const JsonObject& object() const { return object_; }
-
- private:
-  const JsonObject& object_;
-};
-
-struct BoundaryForm {
-  BoundaryType type;
-  std::vector<std::string> needed, optional;
-};
-const std::map<std::string, BoundaryForm>& boundary_forms() {
-  static const std::map<std::string, BoundaryForm> forms = {
-      {"cuboid", {BoundaryType::kCuboid, {"point", "size", "velocity"}, {"start_time", "end_time", "reset"}}},
-      {"particle_impulse", {BoundaryType::kImpulse, {"force"}, {"num_dt", "start_time", "point", "size"}}},
-      {"bounding_box", {BoundaryType::kBoundingBox, {}, {"start_time", "end_time"}}},
-      {"enforce_particle_translation",
-       {BoundaryType::kTranslation, {"point", "size", "velocity"}, {"start_time", "end_time"}}},
-      {"enforce_particle_velocity_rotation",
-       {BoundaryType::kRotation,
-        {"point", "normal", "half_height_and_radius", "rotation_scale", "translation_scale"},
-        {"start_time", "end_time"}}},
-      {"surface_collider",
-       {BoundaryType::kSurface, {"point", "normal"}, {"surface", "friction", "start_time", "end_time"}}},
-      {"release_particles_sequentially",
-       {BoundaryType::kReleaseSequentially,
-        {"normal", "start_position", "end_position"},
-        {"num_layers", "start_time", "end_time"}}}};
-  return forms;
-}
-
-/// Layers lie across one axis, along which positions count, and have a thickness.
-void check_layers(const JsonObject& object, const Boundary& b) {
-  if (b.normal.cwiseAbs().maxCoeff() < 1)
-    throw object.complaint("normal", "lies between the axes", "give an axis, such as [0, 0, 1]");
-  if (b.start_position == b.end_position)
-    throw object.complaint("end_position", "is the start_position", "give two different positions");
-}
-
-Boundary read_boundary(const JsonObject& object, const json& row) {
-  std::vector<std::string> names;
-  for (const auto& [name, form] : boundary_forms()) names.push_back(name);
-  const std::string type = object.text("type");
-  const auto found = boundary_forms().find(type);
-  if (found == boundary_forms().end())
-    throw object.complaint("type", "'" + type + "' is unknown", "did you mean '" + nearest_name(type, names) + "'?");
-  const BoundaryForm& form = found->second;
-  std::vector<std::string> known = {"type"};
-  known.insert(known.end(), form.needed.begin(), form.needed.end());
-  known.insert(known.end(), form.optional.begin(), form.optional.end());
-  object.refuse_unknown(known);
-  for (const std::string& key : form.needed)
-    if (!object.has(key)) throw object.complaint(key, "is missing", "a boundary condition '" + type + "' needs it");
-
-  const Keys keys(object);
-  Boundary b;
-  b.type = form.type;
-  keys.number("start_time", b.start, 0);
-  keys.number("end_time", b.end, b.start);
-  keys.vector("point", b.point);
-  keys.half_extent("size", b.half);
-  keys.vector("velocity", b.velocity);
-  keys.vector("force", b.force);
-  keys.flag("reset", b.reset, row);
-  keys.whole("num_dt", b.num_dt, 1, 1 << 30);
-  keys.whole("num_layers", b.num_layers, 1, 1 << 20);
-  if (object.has("normal")) {
-    keys.vector("normal", b.normal);
-    if (!(b.normal.norm() > 0)) throw object.complaint("normal", "has no length", "give a direction such as [0, 0, 1]");
-    b.normal.normalize();
-  }
-  if (object.has("surface")) {
-    b.surface = object.text("surface");
-    const std::vector<std::string> surfaces = {"sticky", "slip", "separate", "cut"};
-    // PhysGaussian takes every other word for a separating surface.
-    if (std::find(surfaces.begin(), surfaces.end(), b.surface) == surfaces.end()) b.surface = "separate";
-  }
-  keys.number("friction", b.friction, 0);
-  if (b.type == BoundaryType::kSurface && b.surface == "sticky" && b.friction > 0)
-    throw object.complaint("friction", "is " + std::to_string(b.friction) + " on a sticky surface",
-                           "leave it out, or give surface 'separate'");
-  if (object.has("half_height_and_radius")) {
-    const std::vector<double> v = object.numbers("half_height_and_radius", 2);
-    b.half_height = v[0];
-    b.radius = v[1];
-    if (!(v[0] > 0 && v[1] > 0))
-      throw object.complaint("half_height_and_radius", "is not positive", "give [half height, radius]");
-  }
-  keys.number("rotation_scale", b.rotation);
-  keys.number("translation_scale", b.translation);
-  keys.number("start_position", b.start_position);
-  keys.number("end_position", b.end_position);
-  if (b.type == BoundaryType::kReleaseSequentially) check_layers(object, b);
-  return b;
-}
-
 Config::MaterialBox read_material_box(const JsonObject& object, const Config& config) {
   object.refuse_unknown({"point", "size", "E", "nu", "density"});
   Config::MaterialBox box{Vec3d::Ones(), Vec3d::Ones(), config.young, config.poisson, config.density};
-  const Keys keys(object);
+  const PhysGaussianKeys keys(object);
   for (const char* key : {"point", "size"})
     if (!object.has(key)) throw object.complaint(key, "is missing", "give the center and the half extents of the box");
   keys.vector("point", box.point);
@@ -219,7 +77,7 @@ Config::Filling read_filling(const JsonObject& object, const json& row, Config& 
                          "ray_cast_direction", "boundary", "smooth", "visualize"});
   Config::Filling filling;
   filling.n_grid = 4 * config.n_grid;
-  const Keys keys(object);
+  const PhysGaussianKeys keys(object);
   keys.whole("n_grid", filling.n_grid, 4, 4096);
   keys.positive("density_threshold", filling.density_threshold);
   keys.positive("search_threshold", filling.search_threshold);
@@ -239,7 +97,7 @@ Config::Filling read_filling(const JsonObject& object, const json& row, Config& 
   return filling;
 }
 
-void read_view(const Keys& keys, const json& top, Config::View& view) {
+void read_view(const PhysGaussianKeys& keys, const json& top, Config::View& view) {
   keys.vector("mpm_space_viewpoint_center", view.centre);
   keys.vector("mpm_space_vertical_upward_axis", view.up);
   if (!(view.up.norm() > 0))
@@ -288,7 +146,7 @@ Config read_physgaussian_config(const std::filesystem::path& file) {
   const json top = read_json(file);
   const JsonObject object(top, file.string());
   object.refuse_unknown(kTopKeys);
-  const Keys keys(object);
+  const PhysGaussianKeys keys(object);
   Config c;
   if (keys.has("material")) c.material = object.text("material");
   if (std::find(kMaterials.begin(), kMaterials.end(), c.material) == kMaterials.end())
@@ -330,8 +188,9 @@ Config read_physgaussian_config(const std::filesystem::path& file) {
   };
   rows("additional_material_params",
        [&](const JsonObject& row, const json&) { c.additional_material.push_back(read_material_box(row, c)); });
-  rows("boundary_conditions",
-       [&](const JsonObject& row, const json& value) { c.boundaries.push_back(read_boundary(row, value)); });
+  rows("boundary_conditions", [&](const JsonObject& row, const json& value) {
+    c.boundaries.push_back(read_physgaussian_boundary(row, value));
+  });
   if (top.contains("particle_filling"))
     c.filling = read_filling(object.object("particle_filling"), top["particle_filling"], c);
   read_view(keys, top, c.view);

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fitting/observe/frame_changes.h"
 #include "fitting/observe/hidden_pixels.h"
 #include "gaussians/base/error.h"
-#include "gaussians/base/portable.h"
 #include "gaussians/base/quantile.h"
 #include "gaussians/vision/optical_flow.h"
 
@@ -21,36 +21,6 @@ constexpr double kSame = 0.1;    // of the change before and after: a frame show
 constexpr double kLeap = 1.7;    // of the change before and after: frames are missing
 constexpr int kLongestJump = 2;  // frames: a longer series of jumps is a camera in motion
 constexpr double kNoiseFactor = 3;
-
-ImageU8 inverted(const ImageU8& mask) {
-  ImageU8 out(mask.width, mask.height, 1);
-  for (size_t i = 0; i < out.data.size(); ++i) out.data[i] = mask.data[i] == 0;
-  return out;
-}
-
-/// Mean absolute difference of colours where `ignored` is 0.
-double mean_difference(const ImageF& a, const ImageF& b, const ImageU8& ignored) {
-  double sum = 0;
-  size_t n = 0;
-  for (size_t i = 0; i < a.pixels(); ++i) {
-    if (ignored.data[i] != 0) continue;
-    for (int c = 0; c < 3; ++c) sum += std::abs(a.data[3 * i + c] - b.data[3 * i + c]);
-    n += 3;
-  }
-  return n > 0 ? sum / static_cast<double>(n) : 0;
-}
-
-double mean_colour(const ImageF& picture, const ImageU8& ignored) {
-  double sum = 0;
-  size_t n = 0;
-  for (size_t i = 0; i < picture.pixels(); ++i)
-    if (ignored.data[i] == 0)
-      for (int c = 0; c < 3; ++c) {
-        sum += picture.data[3 * i + c];
-        ++n;
-      }
-  return n > 0 ? sum / static_cast<double>(n) : 0;
-}
 
 class Checker {
  public:
@@ -66,7 +36,10 @@ class Checker {
   VideoChecks run() {
     check_view();
     check_rate();
-    check_jumps();
+    const FrameChanges changes = frame_changes(video_.frames, surroundings_, hidden_);
+    check_jumps(changes);
+    check_light(changes.light);
+    check_rhythm(changes.moved);
     check_motion();
     check_rest();
     std::stable_sort(checks_.findings.begin(), checks_.findings.end(),
@@ -123,20 +96,10 @@ class Checker {
             video_.declared_fps, video_.file_fps, std::pow(video_.declared_fps / video_.file_fps, 2)));
   }
 
-  /// Cuts, fast turns of the camera, changes of light and repeated frames, from neighbouring frames.
-  void check_jumps() {
-    const int frames = static_cast<int>(video_.frames.size());
-    std::vector<double> score(frames, 1), change(frames, 0);
-    std::vector<float> moved(frames, 0);
-    const ImageU8 elsewhere = inverted(surroundings_);
-    parallel_for(frames - 1, [&](std::ptrdiff_t k) {
-      const ImageF &a = video_.frames[k], &b = video_.frames[k + 1];
-      const int t = static_cast<int>(k);
-      const ImageU8 ignored = hidden_.beside(surroundings_, t, t + 1);
-      score[k + 1] = match_score(a, b, ignored);
-      change[k + 1] = mean_difference(a, b, ignored);
-      moved[k + 1] = static_cast<float>(mean_difference(a, b, hidden_.beside(elsewhere, t, t + 1)));
-    });
+  /// Cuts and fast turns of the camera.
+  void check_jumps(const FrameChanges& changes) {
+    const std::vector<double>&score = changes.score, &change = changes.difference;
+    const int frames = static_cast<int>(score.size());
     const auto jump = [&](int t) {
       return t < frames && score[t] < options_.least_continuity && change[t] > options_.least_change;
     };
@@ -157,26 +120,22 @@ class Checker {
       }
       t = end;
     }
+  }
 
-    int worst = 0;
-    for (int t = 1; t < frames; ++t) {
-      const ImageU8 ignored = hidden_.beside(surroundings_, 0, t);
-      const double first = mean_colour(video_.frames[0], ignored);
-      if (!(first > 0)) continue;
-      const double light = std::abs(mean_colour(video_.frames[t], ignored) / first - 1);
-      if (light > checks_.light) {
-        checks_.light = light;
-        worst = t;
-      }
-    }
+  void check_light(const std::vector<double>& light) {
+    const int worst = static_cast<int>(std::ranges::max_element(light) - light.begin());
+    checks_.light = light[worst];
     if (checks_.light > options_.noted_light && !jumped_ && turned_ < 0) {
       found(VideoProblem::kLight, false, checks_.light, options_.noted_light, worst,
             fmt::format("The background's brightness changes by {:.0f} % (frame {}, {:.2f} s).  Film with fixed "
                         "exposure; colors are compared without correction.",
                         100 * checks_.light, worst, seconds(worst)));
     }
+  }
 
-    // Frames are repeated when they stand still between others that do not.
+  /// Frames that are missing, and repeated ones, which stand still between others that do not.
+  void check_rhythm(const std::vector<float>& moved) {
+    const int frames = static_cast<int>(moved.size());
     const double usual = quantile(std::vector(moved.begin() + 1, moved.end()), 0.9);
     int repeated = 0, leap = 0;
     for (int t = 2; t + 1 < frames; ++t) {

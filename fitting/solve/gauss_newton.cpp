@@ -1,12 +1,11 @@
 #include "fitting/solve/gauss_newton.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
+#include "fitting/solve/least_squares.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/linear_algebra.h"
-#include "gaussians/base/portable.h"
 
 namespace pliant {
 namespace {
@@ -17,118 +16,8 @@ using Eigen::VectorXd;
 constexpr double kWorn = 1;        // damping, relative to the diagonal of J^T J, at which a corrected J is found anew,
 constexpr double kHopeless = 1e6;  // and at which no step will help
 
-VectorXd vector_of(const std::vector<double>& given, Eigen::Index count, double otherwise) {
-  CHECK_MSG(given.empty() || static_cast<Eigen::Index>(given.size()) == count, "options have one entry per parameter");
-  return given.empty() ? VectorXd::Constant(count, otherwise)
-                       : VectorXd(Eigen::Map<const VectorXd>(given.data(), count));
-}
-
-/// The problem with its prior, and how often it was evaluated.
-class Problem {
- public:
-  Problem(const GaussNewtonOptions& options, const Residuals& residuals, Eigen::Index count)
-      : low(vector_of(options.low, count, -INFINITY)),
-        high(vector_of(options.high, count, INFINITY)),
-        prior(vector_of(options.prior, count, 0)),
-        precision(vector_of(options.prior_sigma, count, INFINITY).array().square().inverse()),
-        residuals_(residuals),
-        difference_(vector_of(options.difference, count, 0)),
-        parallel_(options.parallel),
-        largest_(vector_of(options.largest_step, count, INFINITY)) {}
-
-  /// Empty where the parameters cannot be.
-  VectorXd residuals(const VectorXd& p) {
-    ++evaluations;
-    try {
-      const std::vector<double> r = residuals_({p.data(), static_cast<size_t>(p.size())});
-      const VectorXd out = Eigen::Map<const VectorXd>(r.data(), static_cast<Eigen::Index>(r.size()));
-      return out.allFinite() ? out : VectorXd();
-    } catch (const Error& error) {
-      if (error.failure != Failure::kNumerical) throw;
-      return {};
-    }
-  }
-
-  double loss(const VectorXd& p, const VectorXd& r) const {
-    return 0.5 * r.squaredNorm() + 0.5 * ((p - prior).array().square() * precision.array()).sum();
-  }
-
-  MatrixXd jacobian(const VectorXd& p, const VectorXd& r) {
-    MatrixXd jacobian = MatrixXd::Zero(r.size(), p.size());
-    const auto column = [&](std::ptrdiff_t i) {
-      const double step = difference_[i] > 0 ? difference_[i] : 1e-4 * std::max(1.0, std::abs(p[i]));
-      // A difference that would leave the bounds, or a point that cannot be, is replaced by the other side's.
-      const auto moved = [&](double by, double& at) {
-        VectorXd q = p;
-        at = q[i] = std::clamp(p[i] + by, low[i], high[i]);
-        const VectorXd out = at == p[i] ? VectorXd() : residuals(q);
-        if (out.size() != r.size()) at = p[i];
-        return out.size() == r.size() ? out : r;
-      };
-      double above = p[i], below = p[i];
-      VectorXd upper = moved(step, above), lower = r;
-      if (above == p[i]) lower = moved(-step, below);
-      if (above != below) jacobian.col(i) = (upper - lower) / (above - below);
-    };
-    if (parallel_)
-      parallel_for(p.size(), column);
-    else
-      for (Eigen::Index i = 0; i < p.size(); ++i) column(i);
-    return jacobian;
-  }
-
-  /// By central differences along the principal axes of a covariance, in the scale of each parameter's own width.
-  MatrixXd jacobian_along(const MatrixXd& covariance, const VectorXd& p, const VectorXd& r) {
-    VectorXd width(p.size());
-    for (Eigen::Index i = 0; i < p.size(); ++i) {
-      const double variance = covariance(i, i);
-      const double otherwise = difference_[i] > 0 ? difference_[i] : 1e-4 * std::max(1.0, std::abs(p[i]));
-      width[i] = std::isfinite(variance) && variance > 0 ? std::sqrt(variance) : otherwise;
-    }
-    MatrixXd correlation = MatrixXd::Identity(p.size(), p.size());
-    for (Eigen::Index a = 0; a < p.size(); ++a)
-      for (Eigen::Index b = 0; b < a; ++b) {
-        const double c = covariance(a, b) / (width[a] * width[b]);
-        if (std::isfinite(covariance(a, a)) && std::isfinite(covariance(b, b)) && std::isfinite(c))
-          correlation(a, b) = correlation(b, a) = c;
-      }
-    const SymmetricEigen eigen = symmetric_eigen(correlation);
-    MatrixXd change = MatrixXd::Zero(r.size(), p.size());  // of r along each axis
-    VectorXd length(p.size());
-    const auto along = [&](std::ptrdiff_t k) {
-      VectorXd axis = width.cwiseProduct(eigen.vectors.col(k));
-      length[k] = std::sqrt(std::max(1e-12, eigen.values[k]));
-      length[k] = std::min(length[k], (largest_.array() / axis.array().abs().max(1e-300)).minCoeff());
-      axis *= length[k];
-      const auto at = [&](double side) {
-        const VectorXd q = p + side * axis;
-        if ((q.array() < low.array()).any() || (q.array() > high.array()).any()) return VectorXd();
-        return residuals(q);
-      };
-      const VectorXd upper = at(1), lower = at(-1);
-      const bool above = upper.size() == r.size(), below = lower.size() == r.size();
-      if (above || below) change.col(k) = ((above ? upper : r) - (below ? lower : r)) / (above && below ? 2.0 : 1.0);
-    };
-    if (parallel_)
-      parallel_for(p.size(), along);
-    else
-      for (Eigen::Index k = 0; k < p.size(); ++k) along(k);
-    // r changes by J (width o eigenvector) length along an axis; the eigenvectors are orthonormal.
-    return change * length.cwiseInverse().asDiagonal() * eigen.vectors.transpose() * width.cwiseInverse().asDiagonal();
-  }
-
-  VectorXd low, high, prior, precision;
-  std::atomic<int> evaluations = 0;
-
- private:
-  const Residuals& residuals_;
-  VectorXd difference_;
-  bool parallel_;
-  VectorXd largest_;
-};
-
 /// Parameters at a bound towards which the loss falls.
-std::vector<uint8_t> held(const Problem& problem, const VectorXd& p, const VectorXd& gradient) {
+std::vector<uint8_t> held(const LeastSquares& problem, const VectorXd& p, const VectorXd& gradient) {
   std::vector<uint8_t> out(p.size());
   for (Eigen::Index i = 0; i < p.size(); ++i)
     out[i] = (p[i] <= problem.low[i] && gradient[i] > 0) || (p[i] >= problem.high[i] && gradient[i] < 0);
@@ -173,7 +62,7 @@ MatrixXd covariance_of(const MatrixXd& information, const std::vector<uint8_t>& 
 }
 
 /// The state before the first iteration.
-GaussNewtonState begun(const GaussNewtonOptions& options, Problem& problem, std::span<const double> start) {
+GaussNewtonState begun(const GaussNewtonOptions& options, LeastSquares& problem, std::span<const double> start) {
   GaussNewtonState state;
   state.parameters = Eigen::Map<const VectorXd>(start.data(), static_cast<Eigen::Index>(start.size()));
   const VectorXd& p = state.parameters;
@@ -191,7 +80,7 @@ GaussNewtonState begun(const GaussNewtonOptions& options, Problem& problem, std:
 }
 
 /// J^T J and the prior: of the last J, or of the rough one before the first.
-MatrixXd information_of(const GaussNewtonOptions& options, const Problem& problem, const MatrixXd& jacobian) {
+MatrixXd information_of(const GaussNewtonOptions& options, const LeastSquares& problem, const MatrixXd& jacobian) {
   const MatrixXd& J = jacobian.size() ? jacobian : options.rough_jacobian;
   const Eigen::Index count = problem.precision.size();
   MatrixXd information = MatrixXd::Zero(count, count);
@@ -200,7 +89,8 @@ MatrixXd information_of(const GaussNewtonOptions& options, const Problem& proble
   return information;
 }
 
-GaussNewtonResult result_of(const GaussNewtonOptions& options, const Problem& problem, const GaussNewtonState& state) {
+GaussNewtonResult result_of(const GaussNewtonOptions& options, const LeastSquares& problem,
+                            const GaussNewtonState& state) {
   GaussNewtonResult result;
   const VectorXd &p = state.parameters, &r = state.residuals;
   result.parameters.assign(p.begin(), p.end());
@@ -218,9 +108,8 @@ GaussNewtonResult result_of(const GaussNewtonOptions& options, const Problem& pr
 GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residuals& residuals,
                                std::span<const double> start, GaussNewtonState state, const GaussNewtonSink& sink) {
   const Eigen::Index count = static_cast<Eigen::Index>(start.size());
-  Problem problem(options, residuals, count);
+  LeastSquares problem(options, residuals, count);
   problem.evaluations = state.evaluations;
-  const VectorXd largest = vector_of(options.largest_step, count, INFINITY);
   if (!state.stopped_by.empty()) return result_of(options, problem, state);
   if (state.parameters.size() == 0) state = begun(options, problem, start);
   VectorXd &p = state.parameters, &r = state.residuals;
@@ -280,7 +169,7 @@ GaussNewtonResult gauss_newton(const GaussNewtonOptions& options, const Residual
     }
     VectorXd step = step_of(information, state.damping, state.fixed, pull);
     // The direction is kept where one parameter alone would go too far; what such a step gains says nothing of the end.
-    const double share = std::min(1.0, (largest.array() / step.array().abs().max(1e-300)).minCoeff());
+    const double share = std::min(1.0, (problem.largest_step.array() / step.array().abs().max(1e-300)).minCoeff());
     step *= share;
     const VectorXd trial = (p + step).cwiseMax(problem.low).cwiseMin(problem.high);
     const VectorXd r_trial = trial.allFinite() ? problem.residuals(trial) : VectorXd();

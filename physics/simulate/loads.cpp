@@ -7,6 +7,7 @@
 #include "physics/laws/law.h"
 #include "physics/simulate/grab_spring.h"
 #include "physics/simulate/inertia.h"
+#include "physics/simulate/obstacle.h"
 #include "physics/simulate/weights.h"
 
 namespace pliant {
@@ -18,10 +19,6 @@ bool marks_particles(InteractionType type) {
          type == InteractionType::kWeight;
 }
 
-bool is_obstacle(InteractionType type) {
-  return type == InteractionType::kGround || type == InteractionType::kCollider || type == InteractionType::kPoke;
-}
-
 template <class T>
 void add(StepLoads<T>& loads, uint32_t bit, const Vec3d& acceleration, double drag = 0) {
   loads.body.push_back({bit, acceleration.cast<T>(), static_cast<T>(drag)});
@@ -30,22 +27,6 @@ void add(StepLoads<T>& loads, uint32_t bit, const Vec3d& acceleration, double dr
 /// The pin that ends `inset` inside of a region.  A cylinder shorter than twice that has no such region of its kind.
 Pin sprung_pin(const Region& region, double inset) {
   return region.kind == Region::Kind::kCylinder ? Pin(region, inset) : Pin(region.grown(-inset));
-}
-
-/// The inside of a box is bounded by six walls, each with a normal of its own: its corners hold as well.
-void add_collider(Collider collider, std::vector<Collider>& colliders) {
-  if (!collider.container || collider.grid || collider.shape.kind != Region::Kind::kBox) {
-    colliders.push_back(collider);
-    return;
-  }
-  const Region box = collider.shape;
-  collider.container = false;
-  for (int a = 0; a < 3; ++a) {
-    collider.shape = Region::half_space(box.point, Vec3d::Unit(a));
-    colliders.push_back(collider);
-    collider.shape = Region::half_space(box.vector, -Vec3d::Unit(a));
-    colliders.push_back(collider);
-  }
 }
 
 }  // namespace
@@ -106,7 +87,10 @@ LoadSchedule<T>::LoadSchedule(const SimulateOptions& options, const BasicParticl
       if (entry.sprung) entry.bit = uint32_t{1} << used_bits++;
     }
     if (it.type == InteractionType::kPoke) {
-      const double miss = miss_of(it, particles);
+      double miss = INFINITY;
+      for (const Vec3<T>& p : particles.position)
+        miss = std::min(miss, distance_to_path(it.path, p.template cast<double>()));
+      miss -= it.region.radius;
       if (miss > 0.5 * dx)
         warnings_.push_back(where + " passes the body at rest at a distance of " + std::to_string(miss) + " m");
     }
@@ -171,47 +155,9 @@ void LoadSchedule<T>::add_torque(const Entry& entry, double part, const Mpm<T>& 
 }
 
 template <class T>
-double LoadSchedule<T>::miss_of(const Interaction& poke, const BasicParticles<T>& particles) const {
-  double nearest = INFINITY;
-  for (const Vec3<T>& p : particles.position) {
-    const Vec3d x = p.template cast<double>();
-    for (size_t k = 0; k < poke.path.size(); ++k) {
-      const Vec3d from = poke.path[k].position, way = poke.path[std::min(k + 1, poke.path.size() - 1)].position - from;
-      const double s = way.squaredNorm() > 0 ? std::clamp((x - from).dot(way) / way.squaredNorm(), 0.0, 1.0) : 0.0;
-      nearest = std::min(nearest, (x - from - s * way).norm());
-    }
-  }
-  return nearest - poke.region.radius;
-}
-
-template <class T>
 bool LoadSchedule<T>::has_wind() const {
   return std::any_of(entries_.begin(), entries_.end(),
                      [](const Entry& e) { return e.interaction.type == InteractionType::kWind; });
-}
-
-template <class T>
-Collider LoadSchedule<T>::collider_at(const Entry& entry, double t, double dt) const {
-  const Interaction& it = entry.interaction;
-  Collider collider;
-  collider.kind = it.contact;
-  collider.friction = it.friction;
-  collider.container = it.container;
-  collider.shape = it.region;
-  collider.grid = it.distance;
-  if (it.type == InteractionType::kGround) return collider;
-  Vec3d pivot = it.pivot;
-  if (it.type == InteractionType::kPoke) collider.shape.point = pivot = it.path.front().position;
-  const double now = t - it.start, next = now + dt;
-  Vec3d way = now * it.vector;
-  collider.velocity = it.vector;
-  if (!it.path.empty()) {
-    way = path_position(it.path, now) - pivot;
-    collider.velocity = (path_position(it.path, next) - path_position(it.path, now)) / dt;
-  }
-  collider.angular_velocity = it.angular_velocity;
-  collider.move(pivot, way, now);
-  return collider;
 }
 
 template <class T>
@@ -221,21 +167,7 @@ double LoadSchedule<T>::collider_speed(double t, double dt) const {
     const Interaction& it = entry.interaction;
     const bool collides = it.type == InteractionType::kCollider || it.type == InteractionType::kPoke;
     if (!collides || overlap(t, dt, it.start, entry.end) <= 0) continue;
-    double speed = it.vector.norm();
-    for (size_t k = 1; k < it.path.size(); ++k) {
-      if (it.start + it.path[k].time < t || it.start + it.path[k - 1].time > t + dt) continue;
-      speed = std::max(
-          speed, (it.path[k].position - it.path[k - 1].position).norm() / (it.path[k].time - it.path[k - 1].time));
-    }
-    const double spin = it.angular_velocity.norm();
-    if (spin > 0) {
-      // The farthest from the pivot of what is both in the collider, as far as it is bounded, and near the body.
-      const Vec3d moved =
-          it.path.empty() ? Vec3d((t - it.start) * it.vector) : Vec3d(path_position(it.path, t - it.start) - it.pivot);
-      const double own = it.distance ? INFINITY : it.region.farthest(it.pivot);
-      speed += spin * std::min(own, (it.pivot + moved - body_middle_).norm() + body_size_);
-    }
-    fastest = std::max(fastest, speed);
+    fastest = std::max(fastest, obstacle_speed(it, t, dt, body_middle_, body_size_));
   }
   return fastest;
 }
@@ -306,7 +238,7 @@ void LoadSchedule<T>::at(double t, double dt, const Mpm<T>& solver, StepLoads<T>
       case InteractionType::kCollider:
       case InteractionType::kPoke:
         if (!active) break;
-        add_collider(collider_at(entry, t, dt), loads.colliders);
+        add_obstacle(obstacle_at(it, t, dt), loads.colliders);
         collider_source.resize(loads.colliders.size(), static_cast<int>(k));
         break;
       case InteractionType::kTorque:

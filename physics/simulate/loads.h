@@ -111,9 +111,6 @@ class LoadSchedule {
   /// Numbers of the rows of gravity, pins, colliders and fingers that act at time t, each with 1 if it is on its way
   /// along its path then, else 0.
   std::vector<int> acting(double t) const;
-  /// Distance [m] by which a finger misses the particles at rest.
-  double miss_of(const Interaction& poke, const BasicParticles<T>& particles) const;
-  Collider collider_at(const Entry& entry, double t, double dt) const;
 
   SimulateOptions options_;
   bool flows_ = false;  // the material of any particle

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "app/demo/kinds/shapes.h"
 #include "gaussians/base/random.h"
 
 namespace pliant {
+
+constexpr double kTwoPi = 2 * std::numbers::pi;  ///< angle of a whole turn
 
 /// Spreads points over a strip of rows: row k of `rows` has `count(k)` points, and each is placed by
 /// place(row parameter in (0, 1), column parameter in [0, 1)).  Rows are staggered by half a step and everything is

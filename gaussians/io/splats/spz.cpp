@@ -6,68 +6,18 @@
 #include <cmath>
 
 #include "gaussians/io/files/byte_reader.h"
-#include "gaussians/io/files/compression.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/splats/cloud_builder.h"
 #include "gaussians/io/splats/half_turn.h"
+#include "gaussians/io/splats/spz_contents.h"
 
 namespace pliant {
 namespace {
 
-constexpr uint32_t kMagic = 0x5053474e;  // NGSP
-constexpr uint32_t kNewest = 4;
-constexpr int kMostFractionalBits = 24;
 constexpr int kUsualFractionalBits = 12;     // of Niantic's writer
 constexpr float kLargestFixed = 8388606.0f;  // of 24 bits with a sign
-constexpr uint8_t kAntialiased = 1, kExtensions = 2;
-constexpr float kColourScale = 0.15f;       // of the first harmonic
-constexpr size_t kMostExtension = 1 << 20;  // bytes behind the attributes of versions 1 to 3
-constexpr uint32_t kComponentMask = 511;    // of the magnitude of a component of a rotation
-
-/// The fields that all versions share.
-struct Header {
-  uint32_t magic = kMagic, version = kNewest, count = 0;
-  uint8_t sh_degree = 0, fractional_bits = 0, flags = 0, streams = 0;
-};
-static_assert(sizeof(Header) == 16);
-
-/// What version 4 has behind it.
-struct TableField {
-  uint32_t offset = 32;  // of the table of streams, from the beginning of the file
-  uint8_t reserved[12] = {};
-};
-
-enum Attribute { kPositions, kAlphas, kColours, kScales, kRotations, kHarmonics, kAttributes };
-constexpr const char* kNames[kAttributes] = {"positions", "alphas", "colours", "scales", "rotations", "harmonics"};
-
-int rest_count(int degree) { return (degree + 1) * (degree + 1) - 1; }
-
-/// Bytes for each Gaussian of each attribute.
-std::array<uint64_t, kAttributes> widths(const Header& header) {
-  const uint64_t position = header.version == 1 ? 6 : 9, rotation = header.version >= 3 ? 4 : 3;
-  return {position, 1, 3, 3, rotation, 3 * static_cast<uint64_t>(rest_count(header.sh_degree))};
-}
-
-uint64_t row_bytes(const Header& header) {
-  uint64_t sum = 0;
-  for (uint64_t width : widths(header)) sum += width;
-  return sum;
-}
-
-Header checked(const Header& header, uint64_t file_bytes, const std::string& file) {
-  if (header.magic != kMagic) throw input_error(file, "magic", "is not 'NGSP'", "give an .spz file");
-  const auto refuse = [&](const std::string& field, uint32_t value, const std::string& remedy) {
-    return input_error(file, field, "is " + std::to_string(value), remedy);
-  };
-  if (header.version < 1 || header.version > kNewest)
-    throw refuse("version", header.version, "versions 1 to 4 are read");
-  if (header.sh_degree > 4) throw refuse("shDegree", header.sh_degree, "degrees 0 to 4 exist");
-  if (header.fractional_bits > kMostFractionalBits)
-    throw refuse("fractionalBits", header.fractional_bits, "at most 24 are possible");
-  if (header.count > INT32_MAX) throw refuse("numPoints", header.count, "at most 2147483647 are supported");
-  check_expansion(header.count * row_bytes(header), file_bytes, file, "numPoints");
-  return header;
-}
+constexpr float kColourScale = 0.15f;        // of the first harmonic
+constexpr uint32_t kComponentMask = 511;     // of the magnitude of a component of a rotation
 
 /// The half turn that takes the file's axes to those of 3DGS PLY (right, down, front); -1 = none.  An extension may
 /// name the axes; otherwise they are right, up, back.
@@ -99,61 +49,7 @@ int half_turn_of(std::string_view extensions, const std::string& file) {
   return 0;
 }
 
-/// Attributes of versions 1 to 3, one behind the other.
-std::string read_legacy(std::string_view bytes, const std::string& file, Header& header, std::string& extensions) {
-  if (bytes.substr(0, 4) == "NGSP") {
-    ByteReader in(bytes, file);
-    header = checked(in.take<Header>("header"), bytes.size(), file);
-    in.expect(header.count, row_bytes(header), "numPoints");
-    return std::string(in.take_bytes(header.count * row_bytes(header), "attributes"));
-  }
-  GzipReader in(bytes, file);
-  in.read({reinterpret_cast<char*>(&header), sizeof header}, "header");
-  header = checked(header, bytes.size(), file);
-  std::string raw(header.count * row_bytes(header), '\0');
-  in.read(raw, "numPoints");
-  extensions = in.rest(header.flags & kExtensions ? kMostExtension : 0, "numPoints");
-  return raw;
-}
-
-/// Attributes of version 4, one behind the other.
-std::string read_streams(std::string_view bytes, const std::string& file, Header& header, std::string& extensions) {
-  ByteReader in(bytes, file);
-  header = checked(in.take<Header>("header"), bytes.size(), file);
-  const auto table = in.take<TableField>("header");
-  if (table.offset < 32) {
-    throw input_error(file, "tocByteOffset", "is " + std::to_string(table.offset),
-                      "it must be after the header of 32 bytes");
-  }
-  const std::string_view between = in.take_bytes(table.offset - 32, "tocByteOffset");
-  if (header.flags & kExtensions) extensions = between;
-  const auto width = widths(header);
-  const auto expected = static_cast<int>(std::count_if(width.begin(), width.end(), [](uint64_t w) { return w > 0; }));
-  if (header.streams != expected) {
-    throw input_error(file, "numStreams", "is " + std::to_string(header.streams),
-                      "this SH degree has " + std::to_string(expected));
-  }
-  struct Sizes {
-    uint64_t compressed, raw;
-  };
-  std::vector<Sizes> sizes;
-  for (int k = 0; k < expected; ++k) sizes.push_back(in.take<Sizes>("table of streams"));
-  std::string raw(header.count * row_bytes(header), '\0');
-  std::span<char> rest(raw);
-  for (int k = 0; k < expected; ++k) {
-    const uint64_t size = header.count * width[k];
-    if (sizes[k].raw != size) {
-      throw input_error(file, kNames[k],
-                        "has " + std::to_string(sizes[k].raw) + " bytes, numPoints needs " + std::to_string(size),
-                        "the header is wrong");
-    }
-    decompress_zstd(in.take_bytes(sizes[k].compressed, kNames[k]), rest.first(size), file, kNames[k]);
-    rest = rest.subspan(size);
-  }
-  return raw;
-}
-
-Vec3f unpack_position(const uint8_t* bytes, const Header& header) {
+Vec3f unpack_position(const uint8_t* bytes, const SpzHeader& header) {
   Vec3f x;
   for (int k = 0; k < 3; ++k) {
     if (header.version == 1) {
@@ -208,7 +104,7 @@ uint32_t pack_rotation(const Vec4f& wxyz) {
 
 /// Fractional bits of positions within so many units; negative where the format cannot store them.
 int bits_within(float extent) {
-  int bits = kMostFractionalBits;
+  int bits = kSpzFractionalBits;
   while (bits >= 0 && std::ldexp(extent, bits) > kLargestFixed) --bits;
   return bits;
 }
@@ -218,7 +114,7 @@ int bits_for(const std::vector<Vec3f>& position, const std::string& file) {
   constexpr double kShare = 0.999;
   std::vector<float> reach;
   for (const Vec3f& x : position) reach.push_back(x.cwiseAbs().maxCoeff());
-  if (reach.empty()) return kMostFractionalBits;
+  if (reach.empty()) return kSpzFractionalBits;
   const int all = bits_within(*std::max_element(reach.begin(), reach.end()));
   if (all >= kUsualFractionalBits) return all;
   const auto most =
@@ -240,17 +136,13 @@ uint8_t pack(float value, bool& clamped) {
 }  // namespace
 
 GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
-  const std::string bytes = read_text(file), name = file.string();
-  Header header;
-  const bool streams = bytes.size() >= 8 && bytes.compare(0, 4, "NGSP") == 0 && static_cast<uint8_t>(bytes[4]) >= 4;
-  std::string extensions;
-  const std::string raw =
-      streams ? read_streams(bytes, name, header, extensions) : read_legacy(bytes, name, header, extensions);
-
-  const auto width = widths(header);
-  const uint8_t* at[kAttributes];
-  const auto* begin = reinterpret_cast<const uint8_t*>(raw.data());
-  for (int k = 0; k < kAttributes; ++k) {
+  const std::string name = file.string();
+  const SpzContents contents = read_spz_contents(read_text(file), name);
+  const SpzHeader& header = contents.header;
+  const auto width = spz_widths(header);
+  const uint8_t* at[kSpzAttributes];
+  const auto* begin = reinterpret_cast<const uint8_t*>(contents.attributes.data());
+  for (int k = 0; k < kSpzAttributes; ++k) {
     at[k] = begin;
     begin += header.count * width[k];
   }
@@ -258,24 +150,24 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
   CloudBuilder builder(degree, header.count);
   for (size_t i = 0; i < header.count; ++i) {
     SplatRow row;
-    row.position = unpack_position(at[kPositions] + i * width[kPositions], header);
-    row.rotation = unpack_rotation(at[kRotations] + i * width[kRotations], header.version);
-    row.opacity_logit = logit_of_byte(at[kAlphas][i]);
+    row.position = unpack_position(at[kSpzPositions] + i * width[kSpzPositions], header);
+    row.rotation = unpack_rotation(at[kSpzRotations] + i * width[kSpzRotations], header.version);
+    row.opacity_logit = logit_of_byte(at[kSpzAlphas][i]);
     for (int k = 0; k < 3; ++k) {
-      row.log_scale[k] = static_cast<float>(at[kScales][3 * i + k]) / 16.0f - 10.0f;
-      row.sh[k] = (static_cast<float>(at[kColours][3 * i + k]) / 255.0f - 0.5f) / kColourScale;
+      row.log_scale[k] = static_cast<float>(at[kSpzScales][3 * i + k]) / 16.0f - 10.0f;
+      row.sh[k] = (static_cast<float>(at[kSpzColours][3 * i + k]) / 255.0f - 0.5f) / kColourScale;
     }
-    const uint8_t* harmonics = at[kHarmonics] + i * width[kHarmonics];
-    for (int k = 0; k < 3 * rest_count(degree); ++k)
+    const uint8_t* harmonics = at[kSpzHarmonics] + i * width[kSpzHarmonics];
+    for (int k = 0; k < 3 * spz_rest_count(degree); ++k)
       row.sh[3 + k] = (static_cast<float>(harmonics[k]) - 128.0f) / 128.0f;
     builder.add(row);
   }
   ReadReport found;
   found.format = "spz version " + std::to_string(header.version) + ", SH degree " + std::to_string(header.sh_degree);
   found.files = {file};
-  found.antialiased = header.flags & kAntialiased;
+  found.antialiased = header.flags & kSpzAntialiased;
   GaussianCloud cloud = builder.finish(found);
-  if (const int axis = half_turn_of(extensions, name); axis >= 0) turn_half(cloud, axis);
+  if (const int axis = half_turn_of(contents.extensions, name); axis >= 0) turn_half(cloud, axis);
   if (header.sh_degree > 3) found.warnings.push_back("harmonics of degree 4 are dropped");
   if (report) *report = std::move(found);
   return cloud;
@@ -284,12 +176,12 @@ GaussianCloud read_spz(const std::filesystem::path& file, ReadReport* report) {
 size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, bool antialiased, bool z_is_up) {
   GaussianCloud turned = cloud;
   turn_y_up(turned, z_is_up);
-  Header header;
+  SpzHeader header;
   header.count = static_cast<uint32_t>(cloud.size());
   header.sh_degree = static_cast<uint8_t>(cloud.sh_degree);
   header.fractional_bits = static_cast<uint8_t>(bits_for(turned.position, file.string()));
-  header.flags = antialiased ? kAntialiased : 0;
-  std::string raw[kAttributes];
+  header.flags = antialiased ? kSpzAntialiased : 0;
+  std::array<std::string, kSpzAttributes> raw;
   size_t clamped_count = 0;
   for (size_t i = 0; i < turned.size(); ++i) {
     bool clamped = false;
@@ -298,30 +190,19 @@ size_t write_spz(const std::filesystem::path& file, const GaussianCloud& cloud, 
       const float steps = std::ldexp(turned.position[i][k], header.fractional_bits);
       clamped = clamped || std::abs(steps) > kLargestFixed;
       const auto fixed = static_cast<uint32_t>(std::lround(std::clamp(steps, -kLargestFixed, kLargestFixed)));
-      for (int byte = 0; byte < 3; ++byte) raw[kPositions].push_back(static_cast<char>(fixed >> 8 * byte));
-      raw[kScales].push_back(static_cast<char>(pack((turned.log_scale[i][k] + 10.0f) * 16.0f, clamped)));
-      raw[kColours].push_back(static_cast<char>(pack((sh[k] * kColourScale + 0.5f) * 255.0f, clamped)));
+      for (int byte = 0; byte < 3; ++byte) raw[kSpzPositions].push_back(static_cast<char>(fixed >> 8 * byte));
+      raw[kSpzScales].push_back(static_cast<char>(pack((turned.log_scale[i][k] + 10.0f) * 16.0f, clamped)));
+      raw[kSpzColours].push_back(static_cast<char>(pack((sh[k] * kColourScale + 0.5f) * 255.0f, clamped)));
     }
-    raw[kAlphas].push_back(static_cast<char>(byte_of(sigmoid(turned.opacity_logit[i]))));
+    raw[kSpzAlphas].push_back(static_cast<char>(byte_of(sigmoid(turned.opacity_logit[i]))));
     const uint32_t rotation = pack_rotation(turned.rotation[i]);
-    raw[kRotations].append(reinterpret_cast<const char*>(&rotation), 4);
-    for (int k = 0; k < 3 * rest_count(turned.sh_degree); ++k) {
-      raw[kHarmonics].push_back(static_cast<char>(pack(sh[3 + k] * 128.0f + 128.0f, clamped)));
+    raw[kSpzRotations].append(reinterpret_cast<const char*>(&rotation), 4);
+    for (int k = 0; k < 3 * spz_rest_count(turned.sh_degree); ++k) {
+      raw[kSpzHarmonics].push_back(static_cast<char>(pack(sh[3 + k] * 128.0f + 128.0f, clamped)));
     }
     clamped_count += clamped;
   }
-  header.streams = cloud.sh_degree > 0 ? 6 : 5;
-  std::string table, streams;
-  for (int k = 0; k < header.streams; ++k) {
-    const std::string compressed = compress_zstd(raw[k]);
-    const uint64_t sizes[2] = {compressed.size(), raw[k].size()};
-    table.append(reinterpret_cast<const char*>(sizes), sizeof sizes);
-    streams += compressed;
-  }
-  const TableField field;
-  std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
-  bytes.append(reinterpret_cast<const char*>(&field), sizeof field);
-  write_text(file, bytes + table + streams);
+  write_text(file, spz_bytes(header, raw));
   return clamped_count;
 }
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gaussians/base/error.h"
 #include "physics/laws/law.h"
 #include "physics/mpm/adjoint/node_update_adjoint.h"
 #include "physics/mpm/adjoint/step_adjoint.h"
@@ -50,8 +49,9 @@ void exact_adjoint(StressKind kind, const T* F, T mu, T lambda, const T* S, T* b
   by_lame[1] = g.lambda;
 }
 
-template <class T>
-Node<T>* block_of(std::vector<Node<T>>& nodes, int n) {
+/// The values of block n, of those of all nodes.
+template <class Values>
+auto* block_of(Values& nodes, int n) {
   return nodes.data() + static_cast<size_t>(n) * BlockGrid::kNodes;
 }
 
@@ -108,27 +108,25 @@ template <class T>
 NodeBlock<T> StepAdjoint<T>::node_block(const TapeStep<T>& step, std::vector<Node<T>>& nodes, int n) const {
   const BlockGrid::Coordinates& block = step.grid->node_block(n);
   const double dx = solver_.dx;
-  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   return {block_of(nodes, n),
           solver_.origin.template cast<double>() + dx * kSide * Vec3d(block.x, block.y, block.z),
           dx,
           block.object,
-          step.lagrangian() ? step.node_displacement.data() + first : nullptr,
-          step.lagrangian() ? solver_.node_filled.data() + first : nullptr};
+          step.lagrangian() ? block_of(step.node_displacement, n) : nullptr,
+          step.lagrangian() ? block_of(solver_.node_filled, n) : nullptr};
 }
 
 template <class T>
 void StepAdjoint<T>::find_velocities(const TapeStep<T>& step, int n) {
   Node<T>* node = block_of(updated_, n);
-  const size_t first = static_cast<size_t>(n) * BlockGrid::kNodes;
   const Vec3<T> fall = step.dt * step.loads.gravity;
   if (step.lagrangian()) {
-    std::copy_n(step.node_velocity.data() + first, BlockGrid::kNodes, node);
-    forward_.push_nodes(solver_.active[n], step.node[first].lane, kept_.empty() ? nullptr : kept_.data() + first,
+    std::copy_n(block_of(step.node_velocity, n), BlockGrid::kNodes, node);
+    forward_.push_nodes(solver_.active[n], block_of(step.node, n)->lane, kept_.empty() ? nullptr : block_of(kept_, n),
                         fall.data(), step.loads.velocity_scale, node->lane);
     return;
   }
-  std::copy_n(step.node.data() + first, BlockGrid::kNodes, node);
+  std::copy_n(block_of(step.node, n), BlockGrid::kNodes, node);
   forward_.update_nodes(node->lane, fall.data(), step.loads.velocity_scale);
   if (step.grid->has_siblings()) std::copy_n(node, BlockGrid::kNodes, block_of(before_contact_, n));
 }
@@ -196,68 +194,6 @@ void StepAdjoint<T>::reverse_return_maps(const TapeStep<T>& step, int b, T* by_g
   }
 }
 
-/// [count, 3] what the loads give to single particles; see `Mpm::apply_body_loads`.
-template <class T>
-std::vector<T> StepAdjoint<T>::gains(const TapeStep<T>& step, int b, const TapeParticle<T>* particle) const {
-  std::vector<T> gain;
-  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s, ++particle) {
-    const AdjointRecord<T>& r = record_[slot_[step.index[s]]];
-    Vec3<T> sum = Vec3<T>::Zero();
-    if (r.bits != 0) {
-      LoadedParticle<T> p = loaded_particle(solver_, r, particle->x, particle->v, particle->F);
-      if (has_memory(solver_, r)) p.F = step.memory[r.side].F_total;
-      for (const BodyLoad<T>& load : step.loads.body)
-        if (r.bits & load.bit) sum += velocity_gain(load, step.dt, p);
-    }
-    gain.insert(gain.end(), sum.data(), sum.data() + 3);
-  }
-  return gain;
-}
-
-/// [count, 3] velocities with those; empty where there are no loads.
-template <class T>
-std::vector<T> StepAdjoint<T>::loaded_velocities(const TapeStep<T>& step, int b) const {
-  if (step.loads.body.empty()) return {};
-  const TapeParticle<T>* particle = step.particle.data() + step.begin[b];
-  std::vector<T> velocity = gains(step, b, particle);
-  for (size_t k = 0; k < velocity.size(); ++k) velocity[k] += particle[k / 3].v[k % 3];
-  return velocity;
-}
-
-template <class T>
-void StepAdjoint<T>::reverse_body_loads(const TapeStep<T>& step, int b, const TapeParticle<T>* particle,
-                                        const T* by_gains) {
-  BodyLoadGradient* by_load = block_sums_.data() + b * step.loads.body.size();
-  for (int s = step.begin[b]; s < step.begin[b + 1]; ++s) {
-    AdjointRecord<T>& r = record_[slot_[step.index[s]]];
-    if (r.bits == 0) continue;
-    const TapeParticle<T>& of = particle[s - step.begin[b]];
-    LoadedParticle<T> p = loaded_particle(solver_, r, of.x, of.v, of.F);
-    const bool remembers = has_memory(solver_, r);
-    if (remembers) p.F = step.memory[r.side].F_total;
-    const T* by = by_gains ? by_gains + 3 * (s - step.begin[b]) : r.v;
-    const Vec3<T> by_gain(by[0], by[1], by[2]);
-    LoadedParticleGradient<T> sum;
-    for (size_t l = 0; l < step.loads.body.size(); ++l)
-      if (r.bits & step.loads.body[l].bit)
-        velocity_gain_adjoint(step.loads.body[l], step.dt, p, by_gain, sum, by_load[l]);
-    for (int a = 0; a < 3; ++a) {
-      r.x[a] += sum.x[a];
-      r.v[a] += sum.v[a];
-    }
-    if (remembers)
-      memory_[r.side].F_total += sum.F;
-    else
-      Eigen::Map<RowMajor<T>>(r.F) += sum.F;
-    // The stiffness is the modulus times V / (m dx^2).
-    const WaveModulus modulus(solver_.materials[r.material]);
-    const T by_modulus = sum.stiffness * r.volume / r.mass * solver_.inverse_dx * solver_.inverse_dx;
-    r.by_mass += sum.mass - sum.stiffness * p.stiffness / r.mass;
-    r.by_mu += T(modulus.by_mu) * by_modulus;
-    r.by_lambda += T(modulus.by_lambda) * by_modulus;
-  }
-}
-
 template <class T>
 void StepAdjoint<T>::reverse_given_stress(const TapeStep<T>& step, int b, const T* by_stress) {
   for (int s = step.begin[b]; s < step.begin[b + 1]; ++s, by_stress += 6) {
@@ -309,12 +245,11 @@ void StepAdjoint<T>::reverse_conditions(const TapeStep<T>& step, int n) {
     sum_patches(forward_, *step.grid, n, patch_, adj_node_);
   if (step.flip > T(0)) {
     sum_patches(forward_, *step.grid, n, old_patch_, adj_old_node_);
-    reverse_node_average(step.old_node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, block_of(adj_old_node_, n));
+    reverse_node_average(block_of(step.old_node, n), block_of(adj_old_node_, n));
   }
   if (!step.loads.colliders.empty() || !step.loads.pins.empty())
-    apply_node_conditions_adjoint(
-        step.loads, node_block(step, updated_, n), block.node,
-        step.lagrangian() ? adj_displacement_.data() + static_cast<size_t>(n) * BlockGrid::kNodes : nullptr);
+    apply_node_conditions_adjoint(step.loads, node_block(step, updated_, n), block.node,
+                                  step.lagrangian() ? block_of(adj_displacement_, n) : nullptr);
 }
 
 template <class T>
@@ -328,8 +263,7 @@ void StepAdjoint<T>::reverse_update(const TapeStep<T>& step, int n) {
   Node<T>* adj = block_of(adj_node_, n);
   node_sums_[n] = {};
   if (step.lagrangian()) return reverse_push(step, n);
-  reverse_node_update(step.dt, step.loads, step.node.data() + static_cast<size_t>(n) * BlockGrid::kNodes, adj,
-                      node_sums_[n]);
+  reverse_node_update(step.dt, step.loads, block_of(step.node, n), adj, node_sums_[n]);
   if (step.grid->has_siblings()) add_contact_masses(*step.grid, by_contact_mass_, n, adj);
 }
 
@@ -356,33 +290,6 @@ void StepAdjoint<T>::reverse_scatter(const TapeStep<T>& step, int b) {
   kernels_.scatter[static_cast<int>(uniform ? uniform_ : StressKind::kGiven)](run, patch[0]->lane, patch[1]->lane);
   if (!memory_.empty()) reverse_given_stress(step, b, by_stress.data());
   if (!loaded_v.empty()) reverse_body_loads(step, b, step.particle.data() + step.begin[b], nullptr);
-}
-
-template <class T>
-StepLoadsGradient StepAdjoint<T>::sum_loads(const TapeStep<T>& step) const {
-  StepLoadsGradient sum;
-  for (const StepLoadsGradient& s : node_sums_) {
-    sum.gravity += s.gravity;
-    sum.velocity_scale += s.velocity_scale;
-  }
-  for (int n = 0; n < static_cast<int>(by_density_.size()); ++n) {
-    const size_t object = static_cast<size_t>(step.grid->node_block(n).object);
-    if (sum.density.size() <= object) sum.density.resize(object + 1);
-    sum.density[object] += by_density_[n];
-  }
-  const size_t loads = step.loads.body.size();
-  sum.body.resize(loads);
-  for (size_t k = 0; k < block_sums_.size(); ++k) {
-    const BodyLoadGradient& s = block_sums_[k];
-    BodyLoadGradient& body = sum.body[k % loads];
-    body.acceleration += s.acceleration;
-    body.angular += s.angular;
-    body.centre += s.centre;
-    body.wind += s.wind;
-    body.per_volume += s.per_volume;
-    body.drag += s.drag;
-  }
-  return sum;
 }
 
 template class StepAdjoint<float>;
