@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gaussians/base/portable.h"
 #include "gaussians/base/quantile.h"
 #include "segmentation/discover/automatic_supports.h"
 #include "segmentation/discover/support_candidate.h"
@@ -55,28 +56,22 @@ std::vector<Support> planes_behind(const SupportOptions& options, const std::vec
 
 std::vector<Support> planes_nearby(const SupportOptions& options, const ShownGaussians& gaussians, const Vec3f& thing,
                                    float diagonal, std::vector<Support> known) {
-  std::vector<std::vector<Support>> found;  // from wide to near
-  std::vector<Vec3f> position(gaussians.position.begin(), gaussians.position.end());
-  std::vector<float> shown(gaussians.shown.begin(), gaussians.shown.end());
-  std::vector<float> apart(gaussians.apart.begin(), gaussians.apart.end());
+  std::vector<std::vector<Support>> found(std::max(options.nearer, 0));  // from wide to near
   SupportOptions nearby = options;
   nearby.beyond = INFINITY;
-  float radius = diagonal / 2;
-  for (int k = 0; k < options.nearer; ++k) {
-    radius /= 2;
-    size_t kept = 0;
-    for (size_t i = 0; i < position.size(); ++i) {
-      if ((position[i] - thing).squaredNorm() > radius * radius) continue;
-      position[kept] = position[i];
-      shown[kept] = shown[i];
-      apart[kept++] = apart[i];
+  parallel_for(static_cast<std::ptrdiff_t>(found.size()), [&](std::ptrdiff_t k) {
+    const float radius = std::ldexp(diagonal, -2 - static_cast<int>(k));
+    std::vector<Vec3f> position;
+    std::vector<float> shown, apart;
+    for (size_t i = 0; i < gaussians.position.size(); ++i) {
+      if ((gaussians.position[i] - thing).squaredNorm() > radius * radius) continue;
+      position.push_back(gaussians.position[i]);
+      shown.push_back(gaussians.shown[i]);
+      apart.push_back(gaussians.apart[i]);
     }
-    position.resize(kept);
-    shown.resize(kept);
-    apart.resize(kept);
     const std::vector<Vec3f> samples = draw_points(position, shown, options.seed);
-    found.push_back(planes_behind(nearby, samples, thing, 2 * radius, quantile(apart, 0.5)));
-  }
+    found[k] = planes_behind(nearby, samples, thing, 2 * radius, quantile(std::move(apart), 0.5));
+  });
   // What was found near the thing is thinner and cuts less of its foot.
   std::vector<Support> planes;
   for (auto around = found.rbegin(); around != found.rend(); ++around)
@@ -104,27 +99,31 @@ float share_beyond(const Support& plane, std::span<const Vec3f> position, std::s
   if (count == 0) return 0;
   const Vec3f middle = (sum / static_cast<double>(count)).cast<float>();
   struct Polar {
-    float radius;
-    int sector;
+    float radius = 0;
+    int sector = -1;
   };
   const auto around = [&](const Vec3f& x) {
     const float a = u.dot(x - middle), b = v.dot(x - middle);
     const double turn = std::atan2(b, a) / (2 * M_PI) + 0.5;
     return Polar{std::hypot(a, b), std::min(static_cast<int>(turn * kSectors), kSectors - 1)};
   };
+  std::vector<Polar> polar(position.size());
+  parallel_for(
+      static_cast<std::ptrdiff_t>(position.size()),
+      [&](std::ptrdiff_t p) {
+        if (label[p] || std::abs(plane.height(position[p])) <= plane.tolerance) polar[p] = around(position[p]);
+      },
+      4096);
   std::vector<std::vector<float>> radii(kSectors);
   for (size_t p = 0; p < position.size(); ++p)
-    if (label[p]) {
-      const auto [radius, sector] = around(position[p]);
-      radii[sector].push_back(radius);
-    }
+    if (label[p]) radii[polar[p].sector].push_back(polar[p].radius);
   std::vector<float> reach(kSectors);
   for (int k = 0; k < kSectors; ++k) reach[k] = quantile(std::move(radii[k]), kReach);
   const float farthest = kNear * *std::max_element(reach.begin(), reach.end());
   std::vector<int> held(kSectors, 0);
   for (size_t p = 0; p < position.size(); ++p) {
-    if (label[p] || std::abs(plane.height(position[p])) > plane.tolerance) continue;
-    const auto [radius, sector] = around(position[p]);
+    const auto [radius, sector] = polar[p];
+    if (label[p] || sector < 0) continue;
     held[sector] += radius > kClear * reach[sector] && radius < farthest;
   }
   return static_cast<float>(std::count_if(held.begin(), held.end(), [](int n) { return n >= kFew; })) / kSectors;

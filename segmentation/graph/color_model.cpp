@@ -11,6 +11,8 @@
 namespace pliant {
 namespace {
 
+constexpr double kNothing = -60;  // log of a share that adds nothing to sums in double
+
 float linear_of_srgb(float c) {
   c = std::clamp(c, 0.0f, 1.0f);
   return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
@@ -49,6 +51,10 @@ Vec3f lab_of_rgb(const Vec3f& rgb) {
   return Vec3f(1.16f * y - 0.16f, 5.0f * (x - y), 2.0f * (y - z));
 }
 
+inline float ColorModel::log_of_component(size_t k, const Vec3f& color) const {
+  return evaluated_[k].log_factor - 0.5f * (evaluated_[k].whitening * (color - components_[k].mean)).squaredNorm();
+}
+
 ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec3f> all,
                            std::span<const float> all_weights, const ColorModel* start) {
   CHECK(options.components > 0 && (all_weights.empty() || all_weights.size() == all.size()));
@@ -79,20 +85,23 @@ ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec
   struct Moments {
     double weight = 0;
     Vec3d first = Vec3d::Zero();
-    Mat3d second = Mat3d::Zero();
+    Mat3d second = Mat3d::Zero();  // below the diagonal
   };
   for (int round = 0; round < options.rounds; ++round) {
     std::vector<Moments> moments(model.components_.size());
     for (size_t i = 0; i < colors.size(); ++i) {
       double most = -INFINITY, sum = 0;
       for (size_t k = 0; k < share.size(); ++k) most = std::max(most, share[k] = model.log_of_component(k, colors[i]));
-      for (double& s : share) sum += s = std::exp(s - most);
+      for (double& s : share) sum += s = s - most > kNothing ? std::exp(s - most) : 0;
       const Vec3d x = colors[i].cast<double>();
       for (size_t k = 0; k < share.size(); ++k) {
+        if (share[k] == 0) continue;
         const double w = weights[i] * share[k] / sum;
+        const Vec3d wx = w * x;
         moments[k].weight += w;
-        moments[k].first += w * x;
-        moments[k].second += w * x * x.transpose();
+        moments[k].first += wx;
+        for (int c = 0; c < 3; ++c)
+          for (int r = c; r < 3; ++r) moments[k].second(r, c) += wx[r] * x[c];
       }
     }
     for (size_t k = 0; k < share.size(); ++k) {
@@ -100,9 +109,10 @@ ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec
       c.weight = static_cast<float>(moments[k].weight / total);
       if (!(moments[k].weight > 1e-6 * total)) continue;  // a component that lost its colours keeps its place
       const Vec3d mean = moments[k].first / moments[k].weight;
+      const Mat3d second = moments[k].second.selfadjointView<Eigen::Lower>();
       c.mean = mean.cast<float>();
-      c.covariance = (moments[k].second / moments[k].weight - mean * mean.transpose()).cast<float>() +
-                     options.ridge * Mat3f::Identity();
+      c.covariance =
+          (second / moments[k].weight - mean * mean.transpose()).cast<float>() + options.ridge * Mat3f::Identity();
     }
     model.prepare();
   }
@@ -116,10 +126,6 @@ void ColorModel::prepare() {
     const float log_determinant = 2 * std::log(L.diagonal().prod());
     evaluated_.push_back({L.inverse(), std::log(std::max(c.weight, 1e-12f)) - 0.5f * log_determinant - 2.756816f});
   }
-}
-
-float ColorModel::log_of_component(size_t k, const Vec3f& color) const {
-  return evaluated_[k].log_factor - 0.5f * (evaluated_[k].whitening * (color - components_[k].mean)).squaredNorm();
 }
 
 float ColorModel::log_density(const Vec3f& color) const {

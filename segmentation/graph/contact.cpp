@@ -31,6 +31,12 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
   constexpr int kTrials = 256;
   constexpr size_t kProbe = 4000;
   const size_t step = std::max<size_t>(1, points.size() / kProbe);
+  std::vector<float> x, y, z;
+  for (size_t i = 0; i < points.size(); i += step) {
+    x.push_back(points[i].x());
+    y.push_back(points[i].y());
+    z.push_back(points[i].z());
+  }
   struct Trial {
     Vec3f point, normal;
     int count = -1;
@@ -45,9 +51,11 @@ Plane fit_plane(const std::vector<Vec3f>& points, float tolerance, uint64_t seed
     if (!(normal.norm() > 1e-12f)) return;
     normal.normalize();
     if (max_tilt > 0 && std::abs(normal.dot(up)) < min_cosine) return;
-    trials[t] = {a, normal, 0};
-    for (size_t i = 0; i < points.size(); i += step)
-      trials[t].count += std::abs(normal.dot(points[i] - a)) <= tolerance;
+    int count = 0;
+    for (size_t i = 0; i < x.size(); ++i)
+      count += std::abs(normal.x() * (x[i] - a.x()) + (normal.y() * (y[i] - a.y()) + normal.z() * (z[i] - a.z()))) <=
+               tolerance;
+    trials[t] = {a, normal, count};
   });
   const Trial& winner =
       *std::max_element(trials.begin(), trials.end(), [](const auto& a, const auto& b) { return a.count < b.count; });

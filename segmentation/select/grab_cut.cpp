@@ -15,8 +15,7 @@ constexpr size_t kFewestPixels = 20;  // a colour model needs more than a few
 /// The middle of the levels between which each pixel flips.  Cuts with more log odds contain those with less (Gallo,
 /// Grigoriadis and Tarjan 1989).
 std::vector<float> logits_of(const std::vector<float>& levels, const GrabCutInput& input,
-                             const std::vector<uint8_t>& label, const std::vector<float>& gain,
-                             const std::vector<CutEdge>& edges) {
+                             const std::vector<uint8_t>& label, const std::vector<float>& gain, MinCut& cut) {
   std::vector<float> logit(label.size()), shifted(label.size());
   for (size_t i = 0; i < label.size(); ++i) logit[i] = label[i] ? 0.5f * levels[0] : -0.5f * levels[0];
   for (size_t k = 0; k < levels.size(); ++k) {
@@ -24,7 +23,7 @@ std::vector<float> logits_of(const std::vector<float>& levels, const GrabCutInpu
     for (const float sign : {1.0f, -1.0f}) {
       for (size_t i = 0; i < gain.size(); ++i)
         shifted[i] = input.seed[i] == PixelSeed::kUnknown ? gain[i] + sign * levels[k] : gain[i];
-      const std::vector<uint8_t> other = min_cut(shifted, edges);
+      const std::vector<uint8_t> other = cut.labels(shifted);
       for (size_t i = 0; i < gain.size(); ++i)
         if (label[i] == (sign < 0) && other[i] == label[i]) logit[i] = label[i] ? beyond : -beyond;
     }
@@ -75,6 +74,7 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
 
   std::vector<CutEdge> edges = regions ? input.edges : picture_edges(input.width, input.height, input.lab);
   for (CutEdge& edge : edges) edge.weight *= options.gamma;
+  MinCut cut(n, edges);
   ColorModel models[2];
   std::vector<float> gain(n);
   for (; result.iterations < options.iterations; ++result.iterations) {
@@ -96,7 +96,7 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
         gain[i] = input.seed[i] == PixelSeed::kForeground ? kHard : -kHard;
       }
     }
-    std::vector<uint8_t> next = min_cut(gain, edges);
+    std::vector<uint8_t> next = cut.labels(gain);
     size_t moved = 0;
     for (size_t i = 0; i < n; ++i) moved += next[i] != label[i];
     label = std::move(next);
@@ -106,7 +106,7 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
     }
   }
   for (uint8_t l : label) result.pixels += l;
-  if (!options.levels.empty()) result.logit = logits_of(options.levels, input, label, gain, edges);
+  if (!options.levels.empty()) result.logit = logits_of(options.levels, input, label, gain, cut);
   return result;
 }
 

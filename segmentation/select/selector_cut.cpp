@@ -38,7 +38,7 @@ void Selector::cut(const GraphCutOptions& options) {
            std::clamp(models[1].log_density(lab) - models[0].log_density(lab), -options.color_clip, options.color_clip);
   };
   for (int round = 0; round < options.rounds; ++round) {
-    for (uint8_t side = 0; side < 2; ++side) {
+    parallel_for(2, [&](std::ptrdiff_t side) {
       std::vector<Vec3f> colors;
       std::vector<float> weights;
       for (size_t k = 0; k < count; ++k)
@@ -47,7 +47,7 @@ void Selector::cut(const GraphCutOptions& options) {
           weights.push_back(opacity[k]);
         }
       models[side] = ColorModel::fit(model, colors, weights);
-    }
+    });
     std::vector<float> with_color = gain;
     parallel_for(
         static_cast<std::ptrdiff_t>(count),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "gaussians/base/portable.h"
 #include "gaussians/base/quantile.h"
 #include "segmentation/select/selector.h"
 
@@ -200,17 +201,25 @@ void Selector::propose(const std::vector<int>& sources, int least) {
   for (const int side : {0, count})
     for (const CutEdge& e : parts.edges) sums.push_back({e.a + side, e.b + side, 0.0f});
   strongest = sums;
-  for (size_t e = 0; e < graph_.edges.size(); ++e) {
-    const auto& [a, b, alike] = graph_.edges[e];
-    if (!member_[a] || !member_[b] || behind[a] != behind[b]) continue;
-    const float near = graph_.edge_nearness[e];
-    const float weight = planes_.empty() ? alike : near > options_.link ? near : 0.0f;
+  std::vector<float> tie(graph_.edges.size());
+  parallel_for(
+      static_cast<std::ptrdiff_t>(tie.size()),
+      [&](std::ptrdiff_t e) {
+        const auto& [a, b, alike] = graph_.edges[e];
+        if (!member_[a] || !member_[b] || behind[a] != behind[b]) return;
+        const float near = graph_.edge_nearness[e];
+        tie[e] = planes_.empty() ? alike : near > options_.link ? near : 0.0f;
+      },
+      4096);
+  for (size_t e = 0; e < tie.size(); ++e) {
+    if (tie[e] == 0) continue;
+    const int a = graph_.edges[e].a;
     if (const int k = parts.edge_of[e]; k >= 0) {
       const size_t at = static_cast<size_t>(k) + (behind[a] ? parts.edges.size() : 0);
-      sums[at].weight += weight;
-      strongest[at].weight = std::max(strongest[at].weight, weight);
+      sums[at].weight += tie[e];
+      strongest[at].weight = std::max(strongest[at].weight, tie[e]);
     } else {
-      inner[node(a)] += weight;
+      inner[node(a)] += tie[e];
     }
   }
   const auto nodes_of = [&](const std::vector<int>& gaussians) {

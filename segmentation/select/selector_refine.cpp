@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
+#include <optional>
 
 #include "gaussians/base/portable.h"
 #include "segmentation/select/selector_look.h"
@@ -33,8 +36,9 @@ std::vector<Selector::Look> Selector::looks_at_selection() {
   sources.insert(sources.end(), first.begin(), first.end());
   std::sort(sources.begin(), sources.end());
   sources.erase(std::unique(sources.begin(), sources.end()), sources.end());
-  std::vector<Candidate> candidates;
-  for (const int c : sources) {
+  std::vector<std::optional<Candidate>> found(sources.size());
+  parallel_for(static_cast<std::ptrdiff_t>(sources.size()), [&](std::ptrdiff_t s) {
+    const int c = sources[s];
     std::vector<float> us, vs;
     size_t looked = 0, inside = 0;
     for (size_t k = 0; k < selected.size(); k += step, ++looked) {
@@ -44,16 +48,19 @@ std::vector<Selector::Look> Selector::looks_at_selection() {
       vs.push_back(static_cast<float>(x.y()));
       inside += x.x() >= 0 && x.y() >= 0 && x.x() <= cameras_[c].width && x.y() <= cameras_[c].height;
     }
-    if (inside * 2 < looked || looked == 0) continue;
+    if (inside * 2 < looked || looked == 0) return;
     std::sort(us.begin(), us.end());
     std::sort(vs.begin(), vs.end());
     const auto at = [](const std::vector<float>& v, double share) {
       return v[static_cast<size_t>(share * static_cast<double>(v.size() - 1))];
     };
     PictureRect rect{at(us, 0.002), at(vs, 0.002), at(us, 0.998), at(vs, 0.998)};
-    if (rect.x1 - rect.x0 < 2 || rect.y1 - rect.y0 < 2) continue;
-    candidates.push_back({c, rect.grown(0.25), (cameras_[c].centre() - centre).normalized()});
-  }
+    if (rect.x1 - rect.x0 < 2 || rect.y1 - rect.y0 < 2) return;
+    found[s] = Candidate{c, rect.grown(0.25), (cameras_[c].centre() - centre).normalized()};
+  });
+  std::vector<Candidate> candidates;
+  for (const auto& candidate : found)
+    if (candidate) candidates.push_back(*candidate);
   std::vector<Look> looks;
   auto take = [&](size_t k) {
     Candidate& chosen = candidates[k];
@@ -88,7 +95,11 @@ void Selector::refine() {
     sure[p] = label_[p] ? weight : -weight;
   }
   std::vector<Lift> lifts(looks.size(), Lift(0));
-  parallel_for(static_cast<std::ptrdiff_t>(looks.size()), [&](std::ptrdiff_t v) {
+  std::vector<size_t> order(looks.size());  // the largest first, so that threads end together
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](size_t v) { return looks[v].regions.size(); });
+  parallel_for(static_cast<std::ptrdiff_t>(looks.size()), [&](std::ptrdiff_t turn) {
+    const size_t v = order[turn];
     Look look = looks[v];
     const RegionView& view = *look.view;
     GrabCutInput& input = look.input;
