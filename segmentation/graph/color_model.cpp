@@ -11,8 +11,6 @@
 namespace pliant {
 namespace {
 
-constexpr double kNothing = -60;  // log of a share that adds nothing to sums in double
-
 float linear_of_srgb(float c) {
   c = std::clamp(c, 0.0f, 1.0f);
   return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
@@ -41,6 +39,44 @@ std::vector<Vec3f> spread_centres(int count, std::span<const Vec3f> colors, std:
   return centres;
 }
 
+constexpr int kBatch = 64;  // colours at a time, as many of which as a processor takes are worked on at once
+using Batch = Eigen::Array<float, kBatch, 1>;
+
+struct Block {
+  Batch x = Batch::Zero(), y = Batch::Zero(), z = Batch::Zero();
+  Batch weight = Batch::Zero();
+};
+
+std::vector<Block> blocks_of(std::span<const Vec3f> colors, std::span<const float> weights) {
+  std::vector<Block> blocks((colors.size() + kBatch - 1) / kBatch);
+  for (size_t i = 0; i < colors.size(); ++i) {
+    Block& block = blocks[i / kBatch];
+    const auto at = static_cast<Eigen::Index>(i % kBatch);
+    block.x[at] = colors[i].x();
+    block.y[at] = colors[i].y();
+    block.z[at] = colors[i].z();
+    block.weight[at] = weights.empty() ? 1.0f : weights[i];
+  }
+  return blocks;
+}
+
+/// Sums over the colours of a component, about its last mean: with large means little would be left of the digits.
+struct Moments {
+  double weight = 0;
+  Vec3d first = Vec3d::Zero();
+  Mat3d second = Mat3d::Zero();  ///< below the diagonal
+
+  void add(const Block& block, const Vec3f& mean, const Batch& share) {
+    const Batch d[3] = {block.x - mean.x(), block.y - mean.y(), block.z - mean.z()};
+    weight += share.sum();
+    for (int c = 0; c < 3; ++c) {
+      const Batch weighted = share * d[c];
+      first[c] += weighted.sum();
+      for (int r = c; r < 3; ++r) second(r, c) += (weighted * d[r]).sum();
+    }
+  }
+};
+
 }  // namespace
 
 Vec3f lab_of_rgb(const Vec3f& rgb) {
@@ -51,8 +87,12 @@ Vec3f lab_of_rgb(const Vec3f& rgb) {
   return Vec3f(1.16f * y - 0.16f, 5.0f * (x - y), 2.0f * (y - z));
 }
 
-inline float ColorModel::log_of_component(size_t k, const Vec3f& color) const {
-  return evaluated_[k].log_factor - 0.5f * (evaluated_[k].whitening * (color - components_[k].mean)).squaredNorm();
+template <class Real>
+Real ColorModel::Evaluated::log_density(const Real& x, const Real& y, const Real& z) const {
+  const Real dx = x - mean.x(), dy = y - mean.y(), dz = z - mean.z();
+  const Mat3f& W = whitening;
+  const Real u = W(0, 0) * dx, v = W(1, 0) * dx + W(1, 1) * dy, w = W(2, 0) * dx + W(2, 1) * dy + W(2, 2) * dz;
+  return log_factor - 0.5f * (u * u + v * v + w * w);
 }
 
 ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec3f> all,
@@ -81,38 +121,27 @@ ColorModel ColorModel::fit(const ColorModelOptions& options, std::span<const Vec
     for (Component& c : model.components_) c.weight = 1.0f / static_cast<float>(model.components_.size());
     model.prepare();
   }
-  std::vector<double> share(model.components_.size());
-  struct Moments {
-    double weight = 0;
-    Vec3d first = Vec3d::Zero();
-    Mat3d second = Mat3d::Zero();  // below the diagonal
-  };
+  const std::vector<Block> blocks = blocks_of(colors, weights);
+  std::vector<Batch> part(model.components_.size());
   for (int round = 0; round < options.rounds; ++round) {
     std::vector<Moments> moments(model.components_.size());
-    for (size_t i = 0; i < colors.size(); ++i) {
-      double most = -INFINITY, sum = 0;
-      for (size_t k = 0; k < share.size(); ++k) most = std::max(most, share[k] = model.log_of_component(k, colors[i]));
-      for (double& s : share) sum += s = s - most > kNothing ? std::exp(s - most) : 0;
-      const Vec3d x = colors[i].cast<double>();
-      for (size_t k = 0; k < share.size(); ++k) {
-        if (share[k] == 0) continue;
-        const double w = weights[i] * share[k] / sum;
-        const Vec3d wx = w * x;
-        moments[k].weight += w;
-        moments[k].first += wx;
-        for (int c = 0; c < 3; ++c)
-          for (int r = c; r < 3; ++r) moments[k].second(r, c) += wx[r] * x[c];
-      }
+    for (const Block& block : blocks) {
+      Batch most = Batch::Constant(-INFINITY), sum = Batch::Zero();
+      for (size_t k = 0; k < moments.size(); ++k)
+        most = most.max(part[k] = model.evaluated_[k].log_density(block.x, block.y, block.z));
+      for (Batch& p : part) sum += p = (p - most).exp();
+      const Batch share = block.weight / sum;
+      for (size_t k = 0; k < moments.size(); ++k) moments[k].add(block, model.components_[k].mean, part[k] * share);
     }
-    for (size_t k = 0; k < share.size(); ++k) {
+    for (size_t k = 0; k < moments.size(); ++k) {
       Component& c = model.components_[k];
       c.weight = static_cast<float>(moments[k].weight / total);
       if (!(moments[k].weight > 1e-6 * total)) continue;  // a component that lost its colours keeps its place
-      const Vec3d mean = moments[k].first / moments[k].weight;
+      const Vec3d shift = moments[k].first / moments[k].weight;
       const Mat3d second = moments[k].second.selfadjointView<Eigen::Lower>();
-      c.mean = mean.cast<float>();
+      c.mean += shift.cast<float>();
       c.covariance =
-          (second / moments[k].weight - mean * mean.transpose()).cast<float>() + options.ridge * Mat3f::Identity();
+          (second / moments[k].weight - shift * shift.transpose()).cast<float>() + options.ridge * Mat3f::Identity();
     }
     model.prepare();
   }
@@ -124,16 +153,33 @@ void ColorModel::prepare() {
   for (const Component& c : components_) {
     const Mat3f L = Eigen::LLT<Mat3f>(c.covariance).matrixL();
     const float log_determinant = 2 * std::log(L.diagonal().prod());
-    evaluated_.push_back({L.inverse(), std::log(std::max(c.weight, 1e-12f)) - 0.5f * log_determinant - 2.756816f});
+    evaluated_.push_back(
+        {c.mean, L.inverse(), std::log(std::max(c.weight, 1e-12f)) - 0.5f * log_determinant - 2.756816f});
   }
 }
 
 float ColorModel::log_density(const Vec3f& color) const {
-  float most = -INFINITY, sum = 0;
-  for (size_t k = 0; k < components_.size(); ++k) most = std::max(most, log_of_component(k, color));
   if (components_.empty()) return 0;
-  for (size_t k = 0; k < components_.size(); ++k) sum += std::exp(log_of_component(k, color) - most);
+  float most = -INFINITY, sum = 0;
+  for (const Evaluated& c : evaluated_) most = std::max(most, c.log_density(color.x(), color.y(), color.z()));
+  for (const Evaluated& c : evaluated_) sum += std::exp(c.log_density(color.x(), color.y(), color.z()) - most);
   return most + std::log(sum);
+}
+
+std::vector<float> ColorModel::log_density(std::span<const Vec3f> colors) const {
+  std::vector<float> out(colors.size(), 0.0f);
+  if (components_.empty()) return out;
+  std::vector<Batch> part(evaluated_.size());
+  size_t first = 0;
+  for (const Block& block : blocks_of(colors, {})) {
+    Batch most = Batch::Constant(-INFINITY), sum = Batch::Zero();
+    for (size_t k = 0; k < part.size(); ++k)
+      most = most.max(part[k] = evaluated_[k].log_density(block.x, block.y, block.z));
+    for (const Batch& p : part) sum += (p - most).exp();
+    const Batch density = most + sum.log();
+    for (int i = 0; i < kBatch && first < out.size(); ++i) out[first++] = density[i];
+  }
+  return out;
 }
 
 }  // namespace pliant

@@ -37,14 +37,19 @@ class ColorModel {
   const std::vector<Component>& components() const { return components_; }
   /// Natural logarithm of the mixture's density; 0 for an empty model.
   float log_density(const Vec3f& color) const;
+  std::vector<float> log_density(std::span<const Vec3f> colors) const;
 
  private:
   struct Evaluated {
+    Vec3f mean;
     Mat3f whitening;   ///< L^-1 of covariance = L L^T
     float log_factor;  ///< log of weight and normalisation
+
+    /// Log of the component's share of the density, of one colour or of several.
+    template <class Real>
+    Real log_density(const Real& x, const Real& y, const Real& z) const;
   };
   void prepare();
-  float log_of_component(size_t k, const Vec3f& color) const;
 
   std::vector<Component> components_;
   std::vector<Evaluated> evaluated_;

@@ -31,7 +31,7 @@ struct GestureOptions {
   bool attach = true;  ///< parts of other colours that lie against the object belong to it
   // Refinement: masks of more views, started from the selection so far.
   int refine_rounds = 2, refine_views = 12, refine_window = 320, refine_band = 6;
-  GrabCutOptions refine_picture = {.color = {}, .data = 0.3f, .iterations = 3, .levels = {}};
+  GrabCutOptions refine_picture = {.color = {.most_samples = 2000}, .data = 0.3f, .iterations = 3, .levels = {}};
   float refine_prior = 2;  ///< log odds in a picture of what the selection so far says
   GraphCutOptions refine_cut = {.smoothness = 2, .color = 0.5f, .rounds = 2, .model = {}};
   float support = 3;  ///< log odds against what lies in or below the plane the object stands on

@@ -87,9 +87,10 @@ GrabCutResult grab_cut(const GrabCutOptions& options, const GrabCutInput& input)
     if (std::min(colors[0].size(), colors[1].size()) < kFewestPixels) break;
     for (int side = 0; side < 2; ++side)
       models[side] = ColorModel::fit(options.color, colors[side], weights[side], &models[side]);
+    const std::vector<float> object = models[1].log_density(input.lab), rest = models[0].log_density(input.lab);
     for (size_t i = 0; i < n; ++i) {
       if (input.seed[i] == PixelSeed::kUnknown) {
-        gain[i] = options.data * (models[1].log_density(input.lab[i]) - models[0].log_density(input.lab[i]));
+        gain[i] = options.data * (object[i] - rest[i]);
         if (!input.prior.empty()) gain[i] += input.prior[i];
         if (regions) gain[i] *= input.area[i];
       } else {
