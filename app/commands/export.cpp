@@ -36,7 +36,7 @@ void check_given(const CLI::App& command, ExportOptions& options) {
   refuse_given(command, table,
                {"does nothing with --html",
                 "leave one of them out",
-                {"ply-sequence", "physgaussian-output", "material", "every", "object-only"}});
+                {"ply-sequence", "physgaussian-output", "material", "every", "object-only", "recorded"}});
 }
 
 nlohmann::json run_export(const Context& context, RunDirectory& run, const Scene& scene, const ExportOptions& options) {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/commands/stage_options.h"
@@ -22,18 +23,25 @@ OptionTable picture_options(PictureOptions& pictures) {
            {.name = "depth", .field = &pictures.depth, .help = "Also write depth images (near = bright)"}}};
 }
 
-/// Those of the clip, of which `cameras` and `size` are also those of the images of a scene.
+/// Options of the clip that are also those of the images or the video of a scene, with the help of both.
+const std::map<std::string, std::string> kShared = {
+    {"camera",
+     "The only camera of a scene that is rendered; of a clip: its camera (default: one that sees the object)"},
+    {"cameras",
+     "Cameras of a scene: 'scene', 'orbit', a camera file or a camera path (nerfstudio); of a clip: its path"},
+    {"clip-fps", "Frames per second of the video of a scene, or of the clips (default: the path's or simulation's)"},
+    {"size", ""}};
+
 OptionTable clip_options(RenderStage& stage) {
   OptionTable table = options_of(stage);
   for (Option& option : table.options)
-    if (option.name == "cameras")
-      option.help =
-          "Cameras of a scene: 'scene', 'orbit', a camera file or a camera path (nerfstudio); of a clip: its path";
+    if (const auto shared = kShared.find(option.name); shared != kShared.end() && !shared->second.empty())
+      option.help = shared->second;
   return table;
 }
 
 OptionTable without_shared(OptionTable table) {
-  std::erase_if(table.options, [](const Option& option) { return option.name == "cameras" || option.name == "size"; });
+  std::erase_if(table.options, [](const Option& option) { return kShared.count(option.name) > 0; });
   return table;
 }
 
@@ -69,15 +77,23 @@ void add_render(CLI::App& app, Program& program) {
       }
       refuse_given(
           *command, without_shared(options_of(options->stage)),
-          {"does nothing for a scene, which is rendered as images", "leave it out, or render a run directory", {}});
+          {"does nothing for a scene, which stands still", "leave it out, or render the clip of a run directory", {}});
       if (program.out.empty()) throw CLI::RequiredError("--out");
-      if (is_video_out(program.out))
+      const OptionTable clip = options_of(options->stage);
+      if (is_video_out(program.out)) {
         refuse_given(*command, picture_options(options->pictures),
                      {"does nothing for a video", "leave it out, or give a folder", {"depth"}});
+        refuse_given(*command, clip,
+                     {"chooses one image, and a video goes through all cameras", "give a folder", {"camera"}});
+      } else {
+        refuse_given(*command, clip, {"does nothing for images", "leave it out, or give an .mp4", {"clip-fps"}});
+      }
       const Scene scene = load_scene(source, options->scene.load_options());
       refuse_given(*command, options_of(options->scene),
                    {"does nothing for images", "leave it out", {"metres-per-unit", "object-height"}});
       const std::string& cameras = options->pictures.cameras = options->stage.shot.path;
+      options->pictures.camera = options->stage.shot.camera;
+      options->pictures.fps = options->stage.shot.fps;
       options->pictures.size = options->stage.shot.size;
       const bool of_scene = cameras.empty() || cameras == "scene";
       const bool orbit = cameras == "orbit" || (of_scene && scene.cameras_are_orbit);

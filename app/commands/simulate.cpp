@@ -1,4 +1,5 @@
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/commands/stage_options.h"
 #include "app/live/recording.h"
@@ -11,28 +12,34 @@ namespace {
 struct SimulateCommand {
   SimulateStage stage;
   std::string recording;
+  bool shortened = false;  ///< --duration of the stage was given
 };
 
 OptionTable options_of(SimulateCommand& command) {
   OptionTable table = options_of(command.stage);
-  table.options.push_back({.name = "recording",
-                           .field = &command.recording,
-                           .help = "Replay a recording.json of clip.html into recording.h5; takes no other option",
-                           .value = "FILE",
-                           .exists = true});
+  table.options.push_back(
+      {.name = "recording",
+       .field = &command.recording,
+       .help =
+           "Replay a recording.json of clip.html into recording.h5; --duration shortens it, no other option is taken",
+       .value = "FILE",
+       .exists = true});
   return table;
 }
 
 void check_given(const CLI::App& app, SimulateCommand& command) {
   if (command.recording.empty()) return check_given(app, command.stage);
-  refuse_given(app, options_of(command.stage),
-               {"does nothing with --recording, which says what happens", "leave it out", {}});
+  OptionTable table = options_of(command.stage);
+  command.shortened = !given_option(app, table, {"duration"}).empty();
+  std::erase_if(table.options, [](const Option& option) { return option.name == "duration"; });
+  refuse_given(app, table, {"does nothing with --recording, which says what happens", "leave it out", {}});
 }
 
 nlohmann::json run_command(const Context& context, RunDirectory& run, const Scene& scene,
                            const SimulateCommand& command) {
   if (command.recording.empty()) return run_simulate(context, run, scene, command.stage);
-  return replay_recording(context, run, scene, command.recording);
+  const std::optional<double> duration = command.shortened ? std::optional(command.stage.duration) : std::nullopt;
+  return replay_recording(context, run, scene, command.recording, duration);
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ void check_given(const CLI::App& command, ExportStage& stage) {
                  {"does nothing with --physgaussian-output", "leave it out", {"every", "object-only"}});
   if (!stage.material.empty())
     refuse_given(command, options_of(stage),
-                 {"does nothing with --material", "leave it out", {"every", "object-only"}});
+                 {"does nothing with --material", "leave it out", {"every", "object-only", "recorded"}});
 }
 
 void check_given(const CLI::App& command, RepairStage& stage) {

@@ -27,15 +27,6 @@ size_t checked_frame(const LiveScene& scene, const LiveStart& start, const std::
                     fmt::format("the clip has {} frames", frames));
 }
 
-nlohmann::json record_of_motion(const RunDirectory& run) {
-  const nlohmann::json& all = run.manifest()["stages"]["simulate"];
-  nlohmann::json out = {{"seed", all.value("seed", nlohmann::json())}};
-  for (const char* part : {"options", "scene", "found", "inputs"})
-    out[part] = all.value(part, nlohmann::json::object());
-  out["options"].erase("duration");
-  return out;
-}
-
 }  // namespace
 
 LiveScene load_live_scene(const RunDirectory& run, const Scene& scene, const std::string& what) {

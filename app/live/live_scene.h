@@ -12,7 +12,7 @@ struct LiveScene {
   MovingScene moving;
   SessionSetup setup;
   std::string object;        ///< its name
-  nlohmann::json simulated;  ///< what `simulate` made the motion from, see record_of; but for how long
+  nlohmann::json simulated;  ///< see record_of_motion
 
   InteractionFrame frame() const { return {scene.metres_per_unit, scene.up}; }
   size_t drivers() const { return moving.particles.driving_position.size(); }

@@ -59,17 +59,22 @@ void apply(const Recording& recording, int frame, Session& session, std::vector<
 }
 
 /// Numbers of interactions count from those that act from the start, which the script of the run may have changed.
-/// Where it is not told how many these were, there were no more than the least number that was begun.
+/// Where it is not told how many these were, there were no more than the least number that was begun.  What is let go
+/// is one of them.
 void check_held(const Recording& recording, size_t held, const std::string& file) {
   const auto other = [&](int there) {
     return input_error(file, "held",
                        fmt::format("counts {} interactions that act from the start, here are {}", there, held),
                        "simulate with the interactions that acted when it was recorded");
   };
-  if (recording.held >= 0) {
-    if (recording.held != static_cast<int>(held)) throw other(recording.held);
-    return;
-  }
+  if (recording.held >= 0 && recording.held != static_cast<int>(held)) throw other(recording.held);
+  for (const Recording::Release& release : recording.released)
+    if (release.held >= static_cast<int>(held))
+      throw input_error(
+          file, "unpinned",
+          fmt::format("lets go of interaction {} of those that act from the start, here are {}", release.held, held),
+          "simulate with the interactions that acted when it was recorded");
+  if (recording.held >= 0) return;
   for (const auto& [frame, command] : recording.commands)
     if (command.kind == LiveCommand::Kind::kBegin && command.number < static_cast<int>(held))
       throw other(command.number);
@@ -101,7 +106,18 @@ void check_memory(const Recording& recording, size_t drivers, const std::string&
     throw input_error(file, "frames",
                       fmt::format("are {} of {} driving particles, which would need {:.0f} GB of memory",
                                   recording.frames, drivers, bytes / 1e9),
-                      "shorten the recording, or use fewer driving particles");
+                      fmt::format("shorten the replay with --duration X of at most {:.0f} s, or use fewer driving "
+                                  "particles",
+                                  std::floor(kMostMemory / bytes * recording.frames / recording.fps)));
+}
+
+/// Leaves out what follows after so many seconds; a recording that is not longer stays, which is said.
+void shorten(const Context& context, Recording& recording, double duration, const std::string& file) {
+  const double seconds = recording.frames / recording.fps;
+  if (duration > seconds)
+    context.progress.warn(
+        fmt::format("simulate: {} ends after {:.2f} s, before --duration {:g}", file, seconds, duration));
+  recording.frames = std::min(recording.frames, std::max(1, static_cast<int>(std::lround(duration * recording.fps))));
 }
 
 }  // namespace
@@ -180,8 +196,10 @@ std::string RecordingText::of(const LiveSession& session) {
   return out + ",\n\"commands\": [" + rows_ + "\n]}\n";
 }
 
-json replay_recording(const Context& context, RunDirectory& run, const Scene& scene, const fs::path& file) {
-  const Recording recording = parse_recording(read_text(file), scene, file.string());
+json replay_recording(const Context& context, RunDirectory& run, const Scene& scene, const fs::path& file,
+                      std::optional<double> duration) {
+  Recording recording = parse_recording(read_text(file), scene, file.string());
+  if (duration) shorten(context, recording, *duration, file.string());
   const std::string folder = object_folder(run);
   run.hold();
   LiveScene live = load_live_scene(run, scene, "--recording");

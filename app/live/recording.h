@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,10 @@ struct Recording {
   };
   LiveStart start;
   int frames = 0;  ///< of the session
-  int held = -1;   ///< interactions that act from the start, which have the first numbers; -1 = not told
+  int held = -1;  ///< interactions that act from the start, which have the first numbers; -1 = not told (earlier files)
   double fps = 60;
   std::string object;        ///< name; empty = not told
-  nlohmann::json simulated;  ///< what `simulate` had made the motion from, see record_of; null = not told
+  nlohmann::json simulated;  ///< see record_of_motion; null = not told
   std::vector<Change> settings;
   std::vector<Interaction> interactions;
   std::vector<Release> released;
@@ -52,8 +53,8 @@ class RecordingText {
 /// Does it again with the native solver and writes the motion of the level's particles to recording.h5, and these to
 /// recording_particles.h5, in the object's folder; the provenance of the former has the hash of "object", its
 /// object.ply.  Another object than the recording names is refused, and one that was extracted since it was simulated;
-/// where it was simulated otherwise since, that is said.
+/// where it was simulated otherwise since, that is said.  `duration` [s]: of a longer recording only the beginning.
 nlohmann::json replay_recording(const Context& context, RunDirectory& run, const Scene& scene,
-                                const std::filesystem::path& file);
+                                const std::filesystem::path& file, std::optional<double> duration = {});
 
 }  // namespace pliant

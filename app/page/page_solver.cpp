@@ -140,7 +140,8 @@ void add_solver(ClipFile& file, const SolverLevel& motion_level, const SessionSe
                            {"sleep_speed", setup.options.sleep_speed},
                            {"remembers", setup.remembers},
                            {"height", setup.height},
-                           {"held", held}};
+                           {"held", held},
+                           {"script", setup.script}};
   file.sections["solver"] = solver_module();
 }
 

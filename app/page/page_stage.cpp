@@ -57,8 +57,9 @@ double least_psnr(const CodedClip& clip, const MovingScene& moving, const std::v
   return least;
 }
 
-json make_page(const Context& context, const RunDirectory& run, const StageInputs<PageStage>& in,
-               const fs::path& file) {
+/// `instead`: what else there is to do where a page does not fit, after "give more".
+json make_page(const Context& context, const RunDirectory& run, const StageInputs<PageStage>& in, const fs::path& file,
+               const std::string& instead) {
   const PageStage& stage = in.options;
   const Scene& scene = in.scene;
   MovingScene moving = load_moving_scene(in.files, scene);
@@ -101,7 +102,7 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
     if (fresh) known->second = solver_bytes(motion_level(clip), setup, scene, beside, packer);
     return known->second;
   };
-  json unbounded = {stage.licence, stage.command, in.found};
+  json unbounded = {stage.licence, stage.command, in.found, setup.script};
   for (const Interaction& it : setup.held) unbounded.push_back(numbers_of(it));
   const size_t header_bytes = kHeader + json_in_script(unbounded).size();
   const size_t code = page_template().size() + page_style().size() + page_script().size() + header_bytes;
@@ -112,15 +113,20 @@ json make_page(const Context& context, const RunDirectory& run, const StageInput
   size_t least = 0;
   const CodedClip clip = fit_to_size(coder, bytes, solver, page.file, packer, given_up, least);
   if (least > bytes && !stage.grows)
-    throw usage_error("--html-size", std::to_string(stage.size),
-                      fmt::format("is too small: the minimum is {}", least + around(least + around(0))),
-                      "give more, or --no-html");
+    throw usage_error(
+        "--html-size", std::to_string(stage.size),
+        fmt::format("is too small: the minimum is {}, of a page that only plays, with almost no background",
+                    least + around(least + around(0))),
+        "give more" + instead);
   const MovingScene& drawn = coder.moving();
   if (!clip.choice.solver) setup.refused = "the solver does not fit into this size";
   add_solver(page.file, motion_level(clip), setup, scene, levels_of(clip));
   const double psnr = least_psnr(clip, drawn, {camera, views[2], camera, views[6]}, options);
 
   json& header = page.file.header;
+  // What is done in the page says on what it was done.
+  if (header["solver"].is_object())
+    header["solver"].update({{"object", in.found["object"]}, {"simulated", in.found["simulated"]}});
   header["title"] = in.found["title"];
   header["about"] = {{"pliant", PLIANT_VERSION},
                      {"source", in.found["source"]},
@@ -192,7 +198,10 @@ StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, co
   if (fs::exists(run / "clip.mp4") && shows_motion(run, "render")) in.files["clip"] = run / "clip.mp4";
   const std::string source = fs::path(run.scene()["source"].get<std::string>()).filename().string();
   const std::string object = extracted(run, {"name"})["name"].get<std::string>();
-  in.found = {{"source", source}, {"title", object == "object" ? source : object + " of " + source}};
+  in.found = {{"source", source},
+              {"title", object == "object" ? source : object + " of " + source},
+              {"object", object},
+              {"simulated", record_of_motion(run)}};
   // What the solver in the page is given beside the motion.
   const json& simulated = run.summary("simulate", "run `pliant simulate` first");
   for (const char* name : {"session", "damping_time_s", "floor"}) in.found[name] = simulated.value(name, json());
@@ -213,7 +222,7 @@ StageInputs<PageStage> inputs_of(const RunDirectory& run, const Scene& scene, co
 json run_page(const Context& context, RunDirectory& run, const Scene& scene, const PageStage& stage) {
   return run_stage(context, run, inputs_of(run, scene, stage),
                    [](const Context& c, const RunDirectory& r, const StageInputs<PageStage>& in, const std::string&) {
-                     return make_page(c, r, in, r / "clip.html");
+                     return make_page(c, r, in, r / "clip.html", ", or --no-html");
                    });
 }
 
@@ -225,7 +234,7 @@ void drop_page(RunDirectory& run) {
 
 json export_page(const Context& context, const RunDirectory& run, const Scene& scene, const PageStage& stage,
                  const fs::path& file) {
-  json summary = make_page(context, run, inputs_of(run, scene, stage), file);
+  json summary = make_page(context, run, inputs_of(run, scene, stage), file, "");
   summary["file"] = file.string();
   return summary;
 }

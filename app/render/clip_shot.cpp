@@ -42,6 +42,9 @@ Camera evened(const Camera& camera) {
 void check_shot(const ShotOptions& options, const Scene& scene) {
   if (!options.path.empty() && !options.camera.empty())
     throw usage_error("--cameras", options.path, "was given together with --camera", "leave one of them out");
+  if (options.path == "orbit" || options.path == "scene")
+    throw usage_error("--cameras", options.path, "is for images of a scene; a clip takes a camera path here",
+                      "give its file, or --turntable for a camera that turns around the object");
   if (!options.size.empty()) parse_size(options.size);
   if (!options.path.empty()) read_camera_path(options.path);
   if (!options.camera.empty() && !scene.cameras.empty()) clip_camera(scene, options.camera, {});

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "app/render/clip_shot.h"
+#include "app/simulate/clip_camera.h"
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/camera_path.h"
@@ -44,6 +47,15 @@ CameraPath chosen_cameras(const Scene& scene, const PictureOptions& options, boo
     return is_camera_path(which) ? read_camera_path(which) : read_views(which);
   }
   return path;
+}
+
+/// The path at another number of frames per second, of the same length in seconds.
+void sample_anew(CameraPath& path, double fps) {
+  std::vector<Camera> cameras;
+  const int last = static_cast<int>(std::floor(path.duration() * fps + 1e-6));
+  for (int k = 0; k <= last; ++k) cameras.push_back(path.at(k / fps));
+  path.cameras = std::move(cameras);
+  path.fps = fps;
 }
 
 /// Mean depth mapped so that the nearest surface is white and the farthest dark; empty pixels are black.
@@ -122,15 +134,17 @@ bool is_video_out(const fs::path& out) {
 nlohmann::json render_pictures(const Context& context, const Scene& scene, const PictureOptions& options,
                                const fs::path& out) {
   const bool video = is_video_out(out);
-  const CameraPath path = chosen_cameras(scene, options, video);
+  CameraPath path = chosen_cameras(scene, options, video);
   for (const std::string& warning : path.warnings) context.progress.warn(warning);
-  std::vector<Camera> cameras;
-  for (const Camera& camera : path.cameras) cameras.push_back(sized(camera, options.size));
+  std::vector<Camera>& cameras = path.cameras;
   if (cameras.empty())
     throw usage_error("--cameras", options.cameras, "has no cameras", "give 'orbit' or a camera file");
+  if (!options.camera.empty()) cameras = std::vector<Camera>{given_camera(cameras, options.camera)};
+  for (Camera& camera : cameras) camera = sized(camera, options.size);
   if (video) {  // frames have one size
     const Camera first = evened(cameras[0]);
     for (Camera& camera : cameras) camera = camera.framed(first.width, first.height);
+    if (options.fps) sample_anew(path, *options.fps);
   }
   RenderOptions render_options;
   render_options.background = scene.settings.background_color();

@@ -13,6 +13,8 @@ namespace pliant {
 
 struct PictureOptions {
   std::string cameras;             ///< empty or "scene", "orbit", a camera file or a camera path
+  std::string camera;              ///< name of the only one of these that is rendered; empty = all; not for a video
+  std::optional<double> fps;       ///< of a video, whose path is then sampled anew; default: the path's, else 30
   std::string size;                ///< see sized(); empty = that of the cameras
   std::vector<double> background;  ///< [3] in 0..1; empty = the scene's
   bool depth = false;

@@ -41,18 +41,6 @@ void write_contact_sheet(const std::filesystem::path& file, const std::vector<Im
   write_image(file, sheet);
 }
 
-/// Throws Error{kUsage} unless a recording moves the splats that are the object now.
-void check_recording(const InputFiles& files) {
-  const json made_from = json::parse(read_trajectory_provenance(files.at("trajectory")), nullptr, false);
-  const json of = made_from.is_object() ? made_from.value("object", json()) : json();
-  if (of == hash_of_input(files.at("object"))) return;
-  throw usage_error(
-      "--recorded", files.at("trajectory").string(),
-      of.is_null() ? "does not say which object it moves" : "moves an object that has since been replaced by `extract`",
-      "run `pliant simulate DIR --recording FILE` with a recording of the present object, such as one of "
-      "`pliant view DIR`");
-}
-
 /// Eight moments of a clip, evenly spread, at most 640 pixels wide.
 class Moments {
  public:
@@ -151,16 +139,7 @@ StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, 
   in.parts = {ScenePart::kDrawing, ScenePart::kCameras, ScenePart::kUp, ScenePart::kMetresPerUnit};
   if (stage.shot.camera.empty() && stage.shot.path.empty()) in.parts.insert(ScenePart::kVideoCamera);
   in.scene = only(in.parts, scene);
-  in.files = moving_scene_files(run);
-  if (stage.recorded) {
-    const std::string folder = object_folder(run);
-    in.files["trajectory"] = run / (folder + "/recording.h5");
-    in.files["particles"] = run / (folder + "/recording_particles.h5");
-    for (const char* role : {"trajectory", "particles"})
-      if (!fs::exists(in.files[role]))
-        throw usage_error("--recorded", "", "finds no " + in.files[role].string(),
-                          "run `pliant simulate DIR --recording FILE` first");
-  }
+  in.files = stage.recorded ? recorded_scene_files(run) : moving_scene_files(run);
   in.outputs = {"clip.mp4", "clip_frames.png"};
   if (stage.frames) in.outputs.push_back("clip");
   if (stage.gif) in.outputs.push_back("clip.gif");
@@ -175,7 +154,7 @@ StageInputs<RenderStage> inputs_of(const RunDirectory& run, const Scene& scene, 
 
 json run_render(const Context& context, RunDirectory& run, const Scene& scene, const RenderStage& stage) {
   const StageInputs<RenderStage> in = inputs_of(run, scene, stage);
-  if (stage.recorded) check_recording(in.files);
+  if (stage.recorded) check_recorded_object(in.files);
   return run_stage(context, run, in, render_clip);
 }
 

@@ -81,16 +81,19 @@ std::string wanted_camera(const Scene& scene, const std::string& name) {
   return !name.empty() ? name : scene.settings.video ? scene.settings.video->camera : "";
 }
 
+const Camera& given_camera(const std::vector<Camera>& cameras, const std::string& name) {
+  CHECK(!cameras.empty());
+  for (const Camera& camera : cameras)
+    if (camera.name == name) return camera;
+  throw usage_error(
+      "--camera", name, "is not a camera of this scene",
+      fmt::format("{} cameras, from '{}' to '{}'", cameras.size(), cameras.front().name, cameras.back().name));
+}
+
 Camera clip_camera(const Scene& scene, const std::string& name, const Box& object) {
   CHECK(!scene.cameras.empty());
   const std::string wanted = wanted_camera(scene, name);
-  if (!wanted.empty()) {
-    for (const Camera& camera : scene.cameras)
-      if (camera.name == wanted) return camera;
-    throw usage_error("--camera", wanted, "is not a camera of this scene",
-                      fmt::format("{} cameras, from '{}' to '{}'", scene.cameras.size(), scene.cameras.front().name,
-                                  scene.cameras.back().name));
-  }
+  if (!wanted.empty()) return given_camera(scene.cameras, wanted);
   const Camera& best = *std::max_element(
       scene.cameras.begin(), scene.cameras.end(),
       [&](const Camera& a, const Camera& b) { return view_score(a, object) < view_score(b, object); });

@@ -73,9 +73,16 @@ void claim_folder(const fs::path& folder, const json& record, bool overwrite) {
   write_text(folder / kRecord, record.dump(2) + "\n");
 }
 
+InputFiles exported_files(const RunDirectory& run, const ExportStage& stage) {
+  if (!stage.recorded) return moving_scene_files(run);
+  InputFiles files = recorded_scene_files(run);
+  check_recorded_object(files);
+  return files;
+}
+
 /// The files that PhysGaussian writes of its particles, in the space of the simulation.
 json export_physgaussian(const Context& context, const RunDirectory& run, const ExportStage& stage) {
-  check_simulated(run);
+  const InputFiles inputs = exported_files(run, stage);
   const fs::path folder = stage.physgaussian_output;
   if (fs::exists(folder) && !(fs::is_directory(folder) && (fs::is_empty(folder) || context.overwrite)))
     throw usage_error("--physgaussian-output", folder.string(), "exists",
@@ -87,7 +94,7 @@ json export_physgaussian(const Context& context, const RunDirectory& run, const 
     simulated.offset[i] = space["offset"][i];
     for (int k = 0; k < 3; ++k) simulated.R(i, k) = space["rotation"][i][k];
   }
-  const TrajectoryFile trajectory = read_trajectory(run / (object_folder(run) + "/trajectory.h5"));
+  const TrajectoryFile trajectory = read_trajectory(inputs.at("trajectory"));
   write_physgaussian_output(folder, {}, trajectory, simulated);
   remove_physgaussian_frames(folder, trajectory.frames.size());
   context.progress.say(fmt::format("wrote {} frames of {} particles to {}", trajectory.frames.size(),
@@ -128,7 +135,7 @@ json run_export(const Context& context, RunDirectory& run, const Scene& scene, c
                       "give --ply-sequence FOLDER, --physgaussian-output FOLDER, --material FILE or --html FILE");
   if (!stage.material.empty()) return export_material(context, run, scene, stage);
   if (!stage.physgaussian_output.empty()) return export_physgaussian(context, run, stage);
-  const auto inputs = moving_scene_files(run);
+  const InputFiles inputs = exported_files(run, stage);
   const MovingScene moving = load_moving_scene(inputs, scene);
   const TrajectoryFile& trajectory = moving.trajectory;
 
@@ -142,6 +149,7 @@ json run_export(const Context& context, RunDirectory& run, const Scene& scene, c
                  {"z_is_up", scene.report.z_is_up},
                  {"inputs", json::object()},
                  {"frames", json::array()}};
+  if (stage.recorded) record["recorded"] = true;
   for (const auto& [role, file] : inputs) record["inputs"][role] = hash_of_input(file);
   std::vector<const TrajectoryFile::Frame*> frames;
   for (size_t f = 0; f < trajectory.frames.size(); f += stage.every) {
@@ -194,6 +202,9 @@ OptionTable options_of(ExportStage& stage) {
             .help = "Write every Nth frame of the trajectory; files are numbered without gaps",
             .low = 1,
             .high = 1e6},
+           {.name = "recorded",
+            .field = &stage.recorded,
+            .help = "Write what was done by hand, recording.h5 of `simulate --recording`, not the simulated motion"},
            {.name = "object-only", .field = &stage.object_only, .help = "Leave the background out"}}};
 }
 

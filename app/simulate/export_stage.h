@@ -15,6 +15,7 @@ struct ExportStage {
   std::string physgaussian_output;  ///< folder for simulation_ply/sim_*.h5 and .ply
   std::string material;             ///< file for E, nu and rho of the object, .npz or .ply (material_fields.h)
   int every = 1;                    ///< take every Nth frame of the trajectory
+  bool recorded = false;            ///< what `simulate --recording` wrote instead of the simulated motion
   bool object_only = false;         ///< without the background
 };
 /// Its options, bound to the fields of `stage`.

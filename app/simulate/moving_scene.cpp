@@ -12,6 +12,7 @@
 #include "gaussians/render/deform.h"
 
 namespace pliant {
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
@@ -93,6 +94,29 @@ InputFiles moving_scene_files(const RunDirectory& run) {
           {"background", background_of(run)},
           {"particles", run / (folder + "/particles.h5")},
           {"trajectory", run / (folder + "/trajectory.h5")}};
+}
+
+InputFiles recorded_scene_files(const RunDirectory& run) {
+  InputFiles files = moving_scene_files(run);
+  const std::string folder = object_folder(run);
+  files["trajectory"] = run / (folder + "/recording.h5");
+  files["particles"] = run / (folder + "/recording_particles.h5");
+  for (const char* role : {"trajectory", "particles"})
+    if (!fs::exists(files[role]))
+      throw usage_error("--recorded", "", "finds no " + files[role].string(),
+                        "run `pliant simulate DIR --recording FILE` first");
+  return files;
+}
+
+void check_recorded_object(const InputFiles& files) {
+  const json made_from = json::parse(read_trajectory_provenance(files.at("trajectory")), nullptr, false);
+  const json of = made_from.is_object() ? made_from.value("object", json()) : json();
+  if (of == hash_of_input(files.at("object"))) return;
+  throw usage_error(
+      "--recorded", files.at("trajectory").string(),
+      of.is_null() ? "does not say which object it moves" : "moves an object that has since been replaced by `extract`",
+      "run `pliant simulate DIR --recording FILE` with a recording of the present object, such as one of "
+      "`pliant view DIR`");
 }
 
 MovingScene load_moving_scene(const InputFiles& files, const Scene& scene) {

@@ -42,7 +42,13 @@ std::filesystem::path background_of(const RunDirectory& run);
 /// has not been simulated.
 InputFiles moving_scene_files(const RunDirectory& run);
 
-/// `files` as moving_scene_files gave them; of the scene antialiased, up and metres_per_unit are used.  Throws
+/// The same with the motion that `simulate --recording` wrote, and its particles.  A usage error of --recorded says so
+/// when there is none.
+InputFiles recorded_scene_files(const RunDirectory& run);
+/// Throws Error{kUsage} unless that motion moves the splats that are the object now.
+void check_recorded_object(const InputFiles& files);
+
+/// `files` as one of these gave them; of the scene antialiased, up and metres_per_unit are used.  Throws
 /// Error{kInput} where the trajectory is of another number of particles.
 MovingScene load_moving_scene(const InputFiles& files, const Scene& scene);
 

@@ -32,16 +32,27 @@ bool is_standing_finger(const Interaction& it) {
                      [&](const Interaction::PathPoint& p) { return p.position == it.path.front().position; });
 }
 
-/// Adds what of the script acts from the start to the end of the simulation: holds, weights and gravity.
-void add_lasting(const std::vector<Interaction>& script, double duration, SessionSetup& setup) {
+/// Adds what of the script acts from the start to the end of the simulation: holds, weights and gravity.  `rows` are
+/// those of the script's file.
+void add_lasting(const std::vector<Interaction>& script, const json& rows, double duration, SessionSetup& setup) {
   const Vec3d captured = setup.options.gravity;
-  for (const Interaction& it : script) {
+  const auto add_row = [&](size_t k, const json& held) {
+    json row = rows[k];
+    row.erase("duration");
+    setup.script.push_back({{"row", row}, {"held", held}});
+  };
+  for (size_t k = 0; k < script.size(); ++k) {
+    const Interaction& it = script[k];
     if (it.start != 0 || end_of(it) < duration) continue;
-    if (it.type == InteractionType::kGravity) setup.options.gravity = it.vector;
+    if (it.type == InteractionType::kGravity) {
+      setup.options.gravity = it.vector;
+      add_row(k, nullptr);
+    }
     if (it.type == InteractionType::kCollider && (moves(it) || it.container))
       setup.refused = "an obstacle of the interactions moves or is a container";
     if (moves(it) && !is_standing_finger(it)) continue;
     const std::vector<Interaction> resting = resting_interactions({it});
+    if (!resting.empty()) add_row(k, setup.held.size());
     setup.held.insert(setup.held.end(), resting.begin(), resting.end());
   }
   // A session cancels all of its gravity while a pin holds the body.
@@ -57,6 +68,14 @@ ElasticSamples simulated_material(const RunDirectory& run, const json& session, 
   if (!session.contains("uniform")) return given_material(file_of_material(run, session), positions);
   const json& all = session["uniform"];
   return ElasticSamples::homogeneous(positions.size(), all["young"], all["poisson"], all["density"]);
+}
+
+json record_of_motion(const RunDirectory& run) {
+  const json& all = run.manifest()["stages"]["simulate"];
+  json out = {{"seed", all.value("seed", json())}};
+  for (const char* part : {"options", "scene", "found", "inputs"}) out[part] = all.value(part, json::object());
+  out["options"].erase("duration");
+  return out;
 }
 
 SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const MovingScene& moving) {
@@ -104,9 +123,12 @@ SessionSetup session_setup(const RunDirectory& run, const Scene& scene, const Mo
   if (simulated["floor"].get<bool>())
     if (const auto floor = floor_of(found, {}, scene)) setup.held.push_back(*floor);
   const fs::path script = run / "interactions.json";
-  if (fs::exists(script))
-    add_lasting(parse_interactions(read_text(script), {scene.metres_per_unit, scene.up}, script.string()),
-                session.value("duration_s", std::numeric_limits<double>::infinity()), setup);
+  if (fs::exists(script)) {
+    const std::string text = read_text(script);
+    const auto interactions = parse_interactions(text, {scene.metres_per_unit, scene.up}, script.string());
+    add_lasting(interactions, json::parse(text), session.value("duration_s", std::numeric_limits<double>::infinity()),
+                setup);
+  }
   return setup;
 }
 

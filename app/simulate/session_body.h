@@ -1,6 +1,6 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -18,12 +18,18 @@ struct SessionSetup {
   Material material;
   bool remembers = false;         ///< the law has a memory: a session starts with the first frame, of which it is known
   std::vector<Interaction> held;  ///< pins, floor, and what of the script stands or hangs there to the end
-  double height = 0;              ///< of the object, m
+  /// What of the script (interactions.json) is part of a session, to its end: [{row, held: its number among `held`;
+  /// null = gravity}].
+  nlohmann::json script = nlohmann::json::array();
+  double height = 0;  ///< of the object, m
 };
 
 /// The material at solid samples in `positions`; `session`: what the simulation's summary says of it.
 ElasticSamples simulated_material(const RunDirectory& run, const nlohmann::json& session,
                                   const std::vector<Vec3f>& positions);
+
+/// What `simulate` made the motion from (see record_of), but for how long: {seed, options, scene, found, inputs}.
+nlohmann::json record_of_motion(const RunDirectory& run);
 
 /// Of the simulation that is in the run directory.  What the script does for a time, as pushes and pins that end, is
 /// not part of a session.  Throws Error{kUsage} where its material or scale has since been replaced.

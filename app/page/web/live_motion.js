@@ -13,10 +13,14 @@ const kOfAHand = [kType.grab, kType.poke, kType.wind];  // they last as long as 
 
 /** One session of the solver. */
 export class LiveMotion {
-  /** `onAnswer(answer)` follows each frame, `onSettings()` a change of theirs in a replay, `onFail(error)` the end. */
-  constructor({solver, header, onAnswer, onSettings, onFail}) {
-    Object.assign(this, {solver, onAnswer, onSettings, onFail});
+  /**
+   * `onAnswer(answer)` follows each frame, `onSettings()` a change of theirs in a replay, `onBreak(seconds)` a replay
+   * that is broken off so long before its end, `onFail(error)` the end.
+   */
+  constructor({solver, header, onAnswer, onSettings, onBreak, onFail}) {
+    Object.assign(this, {solver, onAnswer, onSettings, onBreak, onFail});
     this.held = header.solver.held ?? [];
+    this.file = header.solver;
     this.defaults = {...kDefaults, damping: header.solver.damping_time};
     this.settings = {...this.defaults};
     this.gravity = header.solver.gravity;
@@ -38,7 +42,7 @@ export class LiveMotion {
     const x = now.positions.map((value) => value * body.metres), F = now.gradients.slice();
     const memory = body.material.memory.slice();
     this.#guard(this.solver.request({start: {frame, x, v, F, memory, held: this.held}}, [x.buffer, F.buffer]));
-    this.recording = new Recording(body, frame, this.held.length);
+    this.recording = new Recording(body, frame, this.file);
     this.script = script;
     if (script) this.settings = {...this.defaults};
     this.queue = [];
@@ -101,10 +105,17 @@ export class LiveMotion {
     return ['set', stiffness, damping, ...this.gravity.map((value, c) => value + gravity * this.up[c])];
   }
 
-  /** Stops doing a recording again, because something else is done now. */
+  /** What was done: all of it while it is done again, until something else is done. */
+  get done() {
+    return this.script ?? this.recording;
+  }
+
+  /** Stops doing a recording again, because something else is done now; what follows in it is dropped. */
   interrupt() {
     if (!this.script) return;
+    const rest = this.script.frames - this.recording.frames;
     this.script = null;
+    if (rest > 0) this.onBreak(rest / this.body.fps);
     for (const number of this.acting.keys()) {
       if (number >= this.held.length) this.queue.push(['end', number]);
     }

@@ -18,6 +18,8 @@ export class Physics {
     this.body = bodies.at(-1);
     this.live = new LiveMotion({
       solver, header, onAnswer: (answer) => this.#answered(answer), onSettings: () => this.onChange(),
+      onBreak: (seconds) => showStatus(`The replay ends here: the last ${seconds.toFixed(1)} s of its recording are ` +
+          'dropped, and what you do now is recorded instead.'),
       onFail: (error) => this.#failed(error),
     });
     this.hand = new Hand(this.live, header.solver.height);
@@ -81,16 +83,15 @@ export class Physics {
   leave() {
     if (!this.running) return;
     this.live.stop();
-    if (this.header.solver.remembers) showStatus('');
+    showStatus('');
     this.#showRecorded();
     this.measure().catch(report);
   }
 
   /** Does again what was done since the last hand-over, at the same frames. */
   replay() {
-    const {recording} = this.live;
-    if (!recording?.frames) return;
-    this.#begin(recording.startFrame, recording.body, this.live.script ?? recording);
+    const {done} = this.live;
+    if (done?.frames) this.#begin(done.startFrame, done.body, done);
   }
 
   #begin(frame, body, script) {

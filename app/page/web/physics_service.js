@@ -45,7 +45,7 @@ export function physicsService({physics, panel}) {
       physics.body = bodies[index];
       physics.measured = true;
     },
-    recording: () => live.recording?.json ?? null,
+    recording: () => live.done?.json ?? null,
     /** Starts again and does the same; in hand-driven mode by `advance`. */
     replay: () => physics.replay(),
     reset: panel.reset,

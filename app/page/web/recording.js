@@ -4,10 +4,12 @@ import {kRegion, kType, readInteraction} from './solver_layout.js';
 
 /** The commands (see createSolverHost) given to a session since it began, in SI units. */
 export class Recording {
-  constructor(body, startFrame, held) {
+  /** `file`: what the header says of the solver. */
+  constructor(body, startFrame, file) {
     this.body = body;
     this.startFrame = startFrame;
-    this.held = held;        // numbers of the interactions of the file
+    this.file = file;
+    this.held = file.held?.length ?? 0;  // numbers of the interactions of the file
     this.frames = 0;
     this.commands = [];      // [{frame, command, implied}], implied: what the solver does by itself where it fails
     this.holds = new Map();  // where a grab took hold (m), by number
@@ -35,9 +37,39 @@ export class Recording {
         ...implied.map((command) => ({frame, command, implied: true})));
   }
 
-  /** Rows of interactions.json: lengths in scene units, times in seconds since the recording began. */
+  /** Rows of what was begun, as in interactions.json: lengths in scene units, times in seconds since the begin. */
   get interactions() {
     return this.commands.filter((entry) => this.#acts(entry)).map((entry) => this.#row(entry));
+  }
+
+  /** An interactions.json by itself: what of the script of the run went on, and what was begun. */
+  get forces() {
+    const script = [];
+    for (const {row, held} of this.file.script ?? []) {
+      const end = this.#released(held);
+      if (end === 0) continue;
+      script.push(end === undefined || row.type === 'weight' ? row : {...row, duration: end / this.body.fps});
+    }
+    return [...script, ...this.interactions];
+  }
+
+  /** What was done and is not in `forces`, as a sentence; empty where they say all of it. */
+  get unsaid() {
+    const {damping_time: damping, gravity} = this.file, without = new Set();
+    for (const {command: [name, ...values]} of this.commands) {
+      if (name !== 'set') continue;
+      const [stiffness, time, ...pull] = values;
+      if (stiffness !== 1) without.add(`the stiffness ×${Number(stiffness.toPrecision(2))}`);
+      if (time !== damping) without.add(time > 0 ? `the damping of ${Number(time.toPrecision(2))} s` : 'no damping');
+      if (pull.some((value, c) => value !== gravity[c])) without.add('the changed gravity');
+    }
+    const script = new Map((this.file.script ?? []).map(({row, held}) => [held, row.type]));
+    for (let held = 0; held < this.held; ++held) {
+      const type = script.get(held), end = this.#released(held), said = type && (type !== 'weight' || end === 0);
+      if (end !== undefined && !said) without.add('the release of what held the object');
+    }
+    if (this.startFrame > 0) without.add(`its beginning at frame ${this.startFrame}`);
+    return without.size ? `The forces are saved without ${[...without].join(', ')}; the recording has all of it.` : '';
   }
 
   /** The recording as JSON. */
@@ -50,8 +82,8 @@ export class Recording {
         .map(({frame, command: [, held]}) => ({frame, held}));
     return {
       format: 'pliant-recording', version: 1, drivers: this.body.count, clustered_to: this.body.clusteredTo,
-      start_frame: this.startFrame, solver_fps: this.body.fps, frames: this.frames, settings,
-      interactions: this.interactions, unpinned,
+      start_frame: this.startFrame, solver_fps: this.body.fps, frames: this.frames, object: this.file.object,
+      simulated: this.file.simulated, held: this.held, settings, interactions: this.interactions, unpinned,
     };
   }
 
@@ -59,6 +91,11 @@ export class Recording {
   #acts({frame, command: [name, number, numbers]}) {
     return name === 'begin' && !(this.#end(number) <= frame) &&
         (numbers[0] !== kType.grab || this.holds.has(number));
+  }
+
+  /** The frame before which the hand let go of an interaction of the file. */
+  #released(held) {
+    return held === null ? undefined : this.#end(held);
   }
 
   /** The frame before which an interaction ends. */

@@ -1,5 +1,6 @@
 // The buttons, sliders and keys of the physics.
 
+import {showStatus} from './messages.js';
 import {kColourings} from './tint.js';
 import {kTools} from './tools.js';
 
@@ -131,8 +132,11 @@ export function connectPanel(physics, input) {
   const actions = {
     'show-physics': () => show(panel.hidden), 'hide-physics': () => show(false), 'reset': reset,
     'replay': () => physics.replay(),
-    'save-recording': () => save(live.recording.json, 'recording.json'),
-    'save-interactions': () => save(live.recording.interactions, 'interactions.json'),
+    'save-recording': () => save(live.done.json, 'recording.json'),
+    'save-interactions': () => {
+      save(live.done.forces, 'interactions.json');
+      showStatus(live.done.unsaid);
+    },
   };
   for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', action);
   physics.onChange = refreshSliders;
@@ -147,8 +151,8 @@ export function connectPanel(physics, input) {
   return {
     reset,
     refresh: () => {
-      const {running, slowMotion} = physics, {recording, received, body} = live;
-      for (const id of ['replay', 'save-recording', 'save-interactions']) element(id).disabled = !recording?.frames;
+      const {running, slowMotion} = physics, {done, received, body} = live;
+      for (const id of ['replay', 'save-recording', 'save-interactions']) element(id).disabled = !done?.frames;
       stage.classList.toggle('live', running);
       document.body.classList.toggle('away', running);
       element('live').hidden = !running;

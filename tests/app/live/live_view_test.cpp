@@ -311,6 +311,50 @@ TEST_F(View, AClipOfARecordingIsOfTheObjectThatWasMoved) {
   EXPECT_NE(made_from(R"({"recording": "of then"})").find("does not say which object"), std::string::npos);
 }
 
+// As a clip.html saves it.
+TEST_F(View, ARecordingOfAPageIsOfItsObjectAndMotionAsOneOfView) {
+  json page = still_recording(2);
+  page.erase("commands");
+  page["version"] = 1;
+  const std::string file = (folder / "page.json").string();
+  const auto replay = [&](const json& recording, int code) {
+    write_text(file, recording.dump());
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(run_quietly({"simulate", (folder / "run").string(), "--recording", file}), code) << recording;
+    return ::testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(replay(page, 0).find("another motion"), std::string::npos) << "as earlier ones are";
+  const int held = static_cast<int>(live_->setup.held.size());
+  json released = page;
+  released["unpinned"] = {{{"frame", 0}, {"held", held}}};
+  EXPECT_NE(replay(released, 1).find("unpinned"), std::string::npos);
+  page.update({{"held", held}, {"object", live_->object}, {"simulated", live_->simulated}});
+  EXPECT_EQ(replay(page, 0).find("another motion"), std::string::npos);
+  json other = page;
+  other["held"] = held + 1;
+  EXPECT_NE(replay(other, 1).find("held"), std::string::npos);
+  other = page;
+  other["simulated"]["options"]["young"] = 1e4;
+  EXPECT_NE(replay(other, 0).find("another motion"), std::string::npos);
+  other["simulated"]["inputs"]["object"] = "other splats";
+  other["object"] = "elephant";
+  EXPECT_NE(replay(other, 1).find("elephant"), std::string::npos);
+}
+
+TEST_F(View, ADurationShortensAReplay) {
+  const std::string run = (folder / "run").string(), file = (folder / "idle.json").string();
+  write_text(file, still_recording(1'000'000).dump());
+  EXPECT_EQ(run_quietly({"simulate", run, "--recording", file, "--duration", "0.05"}), 0);
+  const fs::path motion = *run_ / object_folder(*run_) / "recording.h5";
+  EXPECT_EQ(read_trajectory(motion).frames.size(), 4u);
+  write_text(file, still_recording(2).dump());
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"simulate", run, "--recording", file, "--duration", "3"}), 0);
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("before --duration 3"), std::string::npos);
+  EXPECT_EQ(read_trajectory(motion).frames.size(), 3u);
+  EXPECT_EQ(run_quietly({"simulate", run, "--recording", file, "--fps", "20"}), 2);
+}
+
 TEST_F(View, ARecordingThatWouldNotFitIntoMemoryIsRefused) {
   ASSERT_GT(live_->drivers(), 200u);
   write_text(folder / "long.json", still_recording(1'000'000).dump());
@@ -318,7 +362,7 @@ TEST_F(View, ARecordingThatWouldNotFitIntoMemoryIsRefused) {
   ::testing::internal::CaptureStderr();
   EXPECT_EQ(run_quietly({"simulate", run, "--recording", (folder / "long.json").string()}), 1);
   const std::string said = ::testing::internal::GetCapturedStderr();
-  for (const char* word : {"long.json: frames", "GB of memory", "shorten"})
+  for (const char* word : {"long.json: frames", "GB of memory", "shorten", "--duration"})
     EXPECT_NE(said.find(word), std::string::npos) << said;
 }
 

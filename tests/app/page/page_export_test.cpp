@@ -239,5 +239,24 @@ TEST_F(PageExport, ARecordingThatIsNoneIsRefusedByItsField) {
       << "no level has ten particles";
 }
 
+// As the page of `view` has it, so that what is done in either is known to be of this object and motion.
+TEST_F(PageExport, ThePageSaysWhichMotionItsSolverBeginsWith) {
+  if (solver_module().empty()) GTEST_SKIP() << "this build has no solver for pages (clang-14 and wasi-libc)";
+  const RunDirectory directory = RunDirectory::open(folder / "run");
+  const LiveScene live = load_live_scene(directory, load_run_scene(directory), "view");
+  ASSERT_EQ(run_quietly({"export", run(), "--html", page("said.html")}), 0);
+  const json solver = header(page("said.html"))["solver"];
+  EXPECT_EQ(solver["object"], live.object);
+  EXPECT_EQ(solver["simulated"], live.simulated);
+}
+
+TEST_F(PageExport, ASizeThatIsTooSmallSaysWhatTheMinimumGives) {
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(run_quietly({"export", run(), "--html", page("none.html"), "--html-size", "100k"}), 2);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("only plays, with almost no background"), std::string::npos) << said;
+  EXPECT_EQ(said.find("--no-html"), std::string::npos) << "is no option of export: " << said;
+}
+
 }  // namespace
 }  // namespace pliant

@@ -182,6 +182,15 @@ TEST_F(Clip, ACameraPathMovesTheCameraAndOutlastsTheMotion) {
   EXPECT_EQ(render({"--cameras", (folder_ / "absent.json").string()}), 1);
 }
 
+TEST_F(Clip, TheCamerasOfImagesOfASceneAreNoPathOfAClip) {
+  for (const char* word : {"orbit", "scene"}) {
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(render({"--cameras", word}), 2);
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    for (const char* part : {"--cameras", word, "--turntable"}) EXPECT_NE(said.find(part), std::string::npos) << said;
+  }
+}
+
 TEST_F(Clip, TheLayersDepthIsTheDistanceInMetres) {
   ASSERT_EQ(render({"--no-orbit", "--object-layer", "--size", "200x150"}), 0);
   const json layer = read_json(run() / "clip_object/layer.json");

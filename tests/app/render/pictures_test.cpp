@@ -133,6 +133,41 @@ TEST(SceneVideo, OfTheSceneIsNotReplaced) {
   EXPECT_EQ(render("other.mp4"), 0) << "again";
 }
 
+TEST(SceneVideo, IsAsLongWithOtherFramesPerSecond) {
+  const TemporaryFolder folder;
+  const std::string scene = spot_scene(folder).string();
+  const auto render = [&](const std::string& out, std::vector<std::string> more) {
+    std::vector<std::string> words = {"render", scene,    "--cameras", "orbit", "--orbit-views",
+                                      "16",     "--size", "32x24",     "--out", (folder / out).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_quietly(words);
+  };
+  for (const auto& [fps, frames] : {std::pair("10", 6), {"30", 16}, {"60", 31}}) {
+    ASSERT_EQ(render("a.mp4", {"--clip-fps", fps}), 0) << fps;
+    const auto video = codecs::open_video((folder / "a.mp4").string());
+    EXPECT_NEAR(video->get(cv::CAP_PROP_FPS), std::stod(fps), 0.01);
+    cv::Mat frame;
+    int count = 0;
+    while (video->read(frame)) ++count;
+    EXPECT_EQ(count, frames) << fps;
+  }
+  EXPECT_EQ(render("images", {"--clip-fps", "10"}), 2);
+}
+
+TEST(ScenePictures, MayBeThatOfOneCamera) {
+  const TemporaryFolder folder;
+  const std::string scene = spot_scene(folder).string(), out = (folder / "images").string();
+  const auto render = [&](const std::string& camera, const std::string& to) {
+    return run_quietly({"render", scene, "--cameras", "orbit", "--orbit-views", "4", "--size", "32x24", "--camera",
+                        camera, "--out", to});
+  };
+  EXPECT_EQ(render("orbit_002", out), 0);
+  EXPECT_TRUE(fs::exists(folder / "images/orbit_002.png"));
+  EXPECT_FALSE(fs::exists(folder / "images/orbit_001.png"));
+  EXPECT_EQ(render("orbit_009", out), 2);
+  EXPECT_EQ(render("orbit_002", (folder / "a.mp4").string()), 2);
+}
+
 TEST(SceneVideo, CamerasOfOtherSizesAreFittedIntoItsFrames) {
   const TemporaryFolder folder;
   spot_scene(folder);

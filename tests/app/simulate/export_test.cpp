@@ -232,6 +232,30 @@ TEST_F(ExportTest, TheMaterialOfARunThatDoesNotSayWhatWasSimulatedIsRefused) {
   EXPECT_TRUE(fs::exists(material));
 }
 
+TEST_F(ExportTest, WhatWasRecordedIsExportedWhereItIsAskedFor) {
+  EXPECT_EQ(run({"--ply-sequence", out(), "--recorded"}), 2) << "nothing has been recorded";
+  const fs::path ball = folder / "run/objects/1_ball";
+  fs::copy_file(ball / "particles.h5", ball / "recording_particles.h5");
+  TrajectoryFile recorded = trajectory;
+  recorded.frames.resize(3);
+  const auto record = [&](const std::string& object) {
+    write_trajectory(ball / "recording.h5", recorded, json({{"object", object}}).dump());
+  };
+  record("of then");
+  EXPECT_EQ(run({"--ply-sequence", out(), "--recorded"}), 2) << "of another object";
+  record(hash_of_input(ball / "object.ply"));
+  const std::string pg = (folder / "pg").string();
+  ASSERT_EQ(run({"--physgaussian-output", pg, "--recorded"}), 0);
+  EXPECT_TRUE(fs::exists(folder / "pg/simulation_ply/sim_0000000002.ply"));
+  EXPECT_FALSE(fs::exists(folder / "pg/simulation_ply/sim_0000000003.ply"));
+  ASSERT_EQ(run({"--ply-sequence", out(), "--recorded"}), 0);
+  EXPECT_TRUE(fs::exists(folder / "ply/frame_0002.ply"));
+  EXPECT_FALSE(fs::exists(folder / "ply/frame_0003.ply"));
+  EXPECT_EQ(json::parse(read_text(folder / "ply/sequence.json"))["recorded"], true);
+  EXPECT_EQ(run({"--ply-sequence", out()}), 2) << "the simulated motion is another sequence";
+  EXPECT_EQ(run({"--material", (folder / "material.ply").string(), "--recorded"}), 2);
+}
+
 TEST_F(ExportTest, AnotherSequenceOrOtherFilesAreNotMixedIn) {
   ASSERT_EQ(run({"--ply-sequence", out()}), 0);
   EXPECT_EQ(run({"--ply-sequence", out(), "--every", "2"}), 2);

@@ -175,6 +175,18 @@ TEST_F(SessionBody, WhatTheScriptDoesForATimeIsNotHeld) {
   EXPECT_EQ(this->setup().held.size(), 1u);
 }
 
+TEST_F(SessionBody, TheRowsOfTheScriptThatGoOnAreToldWithTheirNumbers) {
+  make(false);
+  const json pin = row_of("pin", {{"region", foot()}}), lasting = row_of("pin", {{"region", foot()}, {"duration", 9}}),
+             brief = row_of("pin", {{"region", foot()}, {"duration", 0.1}});
+  EXPECT_EQ(refusal({brief, pin, lasting}), "");
+  const SessionSetup setup = this->setup();
+  ASSERT_EQ(setup.script.size(), 2u) << setup.script;
+  const size_t held = setup.held.size();
+  EXPECT_EQ(setup.script[0], json({{"row", pin}, {"held", held - 2}}));
+  EXPECT_EQ(setup.script[1], json({{"row", pin}, {"held", held - 1}})) << "to the end, whenever that is";
+}
+
 TEST_F(SessionBody, WhatASessionCannotHaveIsARefusal) {
   make(false);
   const json ball = {{"sphere", {2, 2, 2, 0.1}}}, room = {{"box", {-1, -1, -1, 1, 1, 1}}};
