@@ -26,10 +26,12 @@ std::string numbered(std::string text, size_t at) {
   return text;
 }
 
-/// With the number of the camera in the place of its name.
-std::string with_camera(std::string text, size_t at, int camera) {
+/// With the number of the camera in the place of its name, which may hold commas.
+std::string with_camera(std::string text, size_t at, const std::vector<Camera>& cameras, int camera) {
   const auto [begin, end] = camera_word(text, at);
-  return text.replace(begin, end - begin, std::to_string(camera));
+  const std::string named = cameras[camera].name + ",";
+  const size_t length = text.compare(begin, named.size(), named) == 0 ? named.size() - 1 : end - begin;
+  return text.replace(begin, length, std::to_string(camera));
 }
 
 /// The name that edits have given to the selection; none where they have changed anything else.
@@ -52,15 +54,15 @@ Marks marks_in_cameras(const SegmentStage& stage, const std::vector<Camera>& cam
   const float width = static_cast<float>(stage.stroke_width);
   for (const std::string& text : stage.boxes) {
     add_box(text, cameras, gesture);
-    marks.push_back({"box", with_camera(text, 0, gesture.boxes.back().camera)});
+    marks.push_back({"box", with_camera(text, 0, cameras, gesture.boxes.back().camera)});
   }
   for (const std::string& text : stage.clicks) {
     add_click(text, cameras, width, gesture);
-    marks.push_back({"click", with_camera(text, 0, gesture.strokes.back().camera)});
+    marks.push_back({"click", with_camera(text, 0, cameras, gesture.strokes.back().camera)});
   }
   for (const std::string& text : stage.strokes) {
     add_stroke(text, cameras, width, gesture);
-    marks.push_back({"stroke", with_camera(text, 1, gesture.strokes.back().camera)});
+    marks.push_back({"stroke", with_camera(text, 1, cameras, gesture.strokes.back().camera)});
   }
   for (int k = 0; k < std::abs(stage.grow); ++k) marks.push_back({"grow", stage.grow > 0 ? "1" : "-1"});
   return marks;

@@ -56,6 +56,7 @@ SparsePoints points_of(const Context& context, const ConvertOptions& options, co
   try {
     SparsePoints points = read_sparse_points(options.in, file.cameras);
     for (Vec3f& x : points.position) x *= static_cast<float>(options.scale);
+    for (const std::string& warning : points.warnings) context.progress.warn(warning);
     return points;
   } catch (const Error& error) {
     if (error.failure != Failure::kInput) throw;

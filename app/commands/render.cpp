@@ -101,6 +101,7 @@ void add_render(CLI::App& app, Program& program) {
         refuse_given(*command, options_of(options->scene),
                      {"does nothing where no orbit is rendered", "add --cameras orbit", {"up", "orbit-views"}});
       options->pictures.orbit_views = options->scene.orbit_views;
+      warn_of_scene(context, scene);
       return render_pictures(context, scene, options->pictures, program.out);
     };
   });

@@ -26,17 +26,18 @@ bool present(const fs::path& file) {
   return fs::exists(file, ignored);
 }
 
-std::vector<Vec3f> points_of(const fs::path& file, bool needed) {
+std::vector<Vec3f> points_of(const fs::path& file, bool needed, std::vector<std::string>& warnings) {
   if (!present(file)) {
     if (!needed) return {};
     throw input_error(
         file.string(), "", "is missing",
         "a PhysDreamer scene lists in it the points of the object, and in moving_part_points.ply those that move");
   }
-  std::vector<Vec3f> points = read_ply_points(file).position;
-  if (points.empty() && needed)
+  SparsePoints read = read_ply_points(file);
+  if (read.empty() && needed)
     throw input_error(file.string(), "", "has no points", "write the points of the object's part into it");
-  return points;
+  warnings.insert(warnings.end(), read.warnings.begin(), read.warnings.end());
+  return std::move(read.position);
 }
 
 std::vector<fs::path> sorted(const fs::path& folder, bool folders, const std::string& extension) {
@@ -117,13 +118,13 @@ PhysDreamerFolder read_physdreamer_folder(const fs::path& folder) {
   if (present(folder / "images")) settings.photos = folder / "images";
   settings.material.density = kDensity;
 
-  out.object_points = points_of(folder / "clean_object_points.ply", true);
-  out.moving_points = points_of(folder / "moving_part_points.ply", true);
-  out.filled_points = points_of(folder / "internal_filled_points.ply", false);
-  out.stem_points = points_of(folder / "stem_points.ply", false);
+  out.object_points = points_of(folder / "clean_object_points.ply", true, out.warnings);
+  out.moving_points = points_of(folder / "moving_part_points.ply", true, out.warnings);
+  out.filled_points = points_of(folder / "internal_filled_points.ply", false, out.warnings);
+  out.stem_points = points_of(folder / "stem_points.ply", false, out.warnings);
 
   CameraFile cameras = read_cameras(settings.cameras, settings.photos);
-  out.warnings = std::move(cameras.warnings);
+  out.warnings.insert(out.warnings.end(), cameras.warnings.begin(), cameras.warnings.end());
   find_videos(folder, cameras.cameras, out);
   for (const PhysDreamerFolder::Video& video : out.videos)
     if (!video.camera.empty()) {

@@ -137,7 +137,7 @@ Scene attach_scene(const Context& context, RunDirectory& run, const fs::path& so
   if (known || moved) before["source"] = record["source"];
   run.set_scene(record, context.overwrite || known || moved);
   if (before != record) forget_assumed_height(run, scene);
-  for (const std::string& warning : scene.warnings) context.progress.warn(warning);
+  warn_of_scene(context, scene);
   context.progress.say(fmt::format("scene: {} Gaussians, {} cameras{}; up: {}", scene.cloud.size(),
                                    scene.cameras.size(), scene.cameras_are_orbit ? " (orbit)" : "", scene.up_source));
   scale_by_object(run, scene);
@@ -146,6 +146,10 @@ Scene attach_scene(const Context& context, RunDirectory& run, const fs::path& so
         "scene: the length of a unit is unknown and assumed to be 1 m unless the label tells the height of the object "
         "(--metres-per-unit, --object-height)");
   return scene;
+}
+
+void warn_of_scene(const Context& context, const Scene& scene) {
+  for (const std::string& warning : scene.warnings) context.progress.warn(warning);
 }
 
 void refuse_unused(const LoadOptions& options, const Scene& scene) {

@@ -27,6 +27,9 @@ Scene load_run_scene(const RunDirectory& run);
 Scene attach_scene(const Context& context, RunDirectory& run, const std::filesystem::path& source,
                    const LoadOptions& options);
 
+/// Says what is doubtful about a scene.
+void warn_of_scene(const Context& context, const Scene& scene);
+
 /// Throws Error{kUsage} for an option that did nothing when this scene was loaded.
 void refuse_unused(const LoadOptions& options, const Scene& scene);
 

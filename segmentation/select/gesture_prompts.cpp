@@ -1,5 +1,6 @@
 #include "segmentation/select/gesture_prompts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -13,18 +14,37 @@ constexpr const char* kBoxForm = "V,x0,y0,x1,y1: a camera and two corners in pix
 constexpr const char* kClickForm = "V,x,y: a camera and a pixel of its image";
 constexpr const char* kStrokeForm = "fg or bg,V,x0,y0,x1,y1,...: a camera and pixels of its image";
 
-/// The comma-separated words of one option and what is read from them.
+/// The comma-separated words of a text whose word `at` is a camera: the longest name among those with commas, where one
+/// stands there, else all up to the next comma.
+std::vector<std::string> words_of(const std::string& text, size_t at, const std::vector<Camera>& cameras) {
+  std::vector<std::string> words = split(text, ',');
+  const size_t begin = at == 0 ? 0 : text.find(',') + 1;
+  if (words.size() <= at) return words;
+  std::string longest;
+  for (const Camera& camera : cameras)
+    if (camera.name.size() > longest.size() && camera.name.find(',') != std::string::npos &&
+        text.compare(begin, camera.name.size() + 1, camera.name + ",") == 0)
+      longest = camera.name;
+  if (longest.empty()) return words;
+  const auto first = words.begin() + static_cast<std::ptrdiff_t>(at);
+  *first = longest;
+  words.erase(first + 1, first + std::count(longest.begin(), longest.end(), ',') + 1);
+  return words;
+}
+
+/// The comma-separated words of one option, of which the word `at` is a camera, and what is read from them.
 struct Words {
   std::string option, text, form;
   const std::vector<Camera>& cameras;
   std::vector<std::string> words;
 
-  Words(std::string option_name, const std::string& value, std::string what, const std::vector<Camera>& scene_cameras)
+  Words(std::string option_name, const std::string& value, std::string what, const std::vector<Camera>& scene_cameras,
+        size_t at = 0)
       : option(std::move(option_name)),
         text(value),
         form(std::move(what)),
         cameras(scene_cameras),
-        words(split(text, ',')) {}
+        words(words_of(text, at, cameras)) {}
 
   Error wrong(const std::string& problem, const std::string& remedy) const {
     return usage_error(option, "", "'" + text + "' " + problem, remedy);
@@ -98,7 +118,7 @@ void add_click(const std::string& text, const std::vector<Camera>& cameras, floa
 }
 
 void add_stroke(const std::string& text, const std::vector<Camera>& cameras, float width, Gesture& gesture) {
-  const Words words("--stroke", text, kStrokeForm, cameras);
+  const Words words("--stroke", text, kStrokeForm, cameras, 1);
   if (words.words.size() < 4 || words.words.size() % 2 != 0)
     throw words.wrong_form("has " + std::to_string(words.words.size()) +
                            " values, 4 or a larger even number are needed");

@@ -36,9 +36,9 @@ struct Gesture {
   bool empty() const { return boxes.empty() && strokes.empty(); }
 };
 
-/// Prompts from the texts of the options.  Cameras are given by name, or by number from 0: #2, or 2 where no camera
-/// has that name.  Throw Error{kUsage} naming the option, the text and what to give: an unknown camera, a wrong count
-/// of numbers, a point outside the picture, a box without area, a second box in one camera.
+/// Prompts from the texts of the options.  Cameras are given by name, also one with commas, or by number from 0: #2, or
+/// 2 where no camera has that name.  Throw Error{kUsage} naming the option, the text and what to give: an unknown
+/// camera, a wrong count of numbers, a point outside the picture, a box without area, a second box in one camera.
 void add_box(const std::string& text, const std::vector<Camera>& cameras, Gesture& gesture);  ///< --box V,x0,y0,x1,y1
 void add_click(const std::string& text, const std::vector<Camera>& cameras, float width,
                Gesture& gesture);  ///< --click V,x,y

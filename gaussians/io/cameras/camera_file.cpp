@@ -1,7 +1,6 @@
 #include "gaussians/io/cameras/camera_file.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
@@ -9,7 +8,6 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/polar.h"
 #include "gaussians/io/files/paths.h"
-#include "gaussians/io/images/image_files.h"
 #include "gaussians/io/images/image_io.h"
 #include "gaussians/io/images/photo.h"
 
@@ -20,24 +18,6 @@ namespace pliant {
 const std::array<const char*, 6> kDistortionNames = {"k1", "k2", "p1", "p2", "k3", "k4"};
 
 namespace {
-
-/// A path as it may have been written under Windows.
-fs::path with_slashes(std::string path) {
-  std::replace(path.begin(), path.end(), '\\', '/');
-  return path;
-}
-
-/// None, then those of images as they are written: .jpg, .JPG, .Jpg.
-std::vector<std::string> make_photo_suffixes() {
-  std::vector<std::string> suffixes = {""};
-  for (const size_t capitals : {size_t{0}, std::string::npos, size_t{1}})
-    for (std::string suffix : kImageExtensions) {
-      for (size_t i = 1; i < suffix.size() && i <= capitals; ++i)
-        suffix[i] = static_cast<char>(std::toupper(static_cast<unsigned char>(suffix[i])));
-      suffixes.push_back(std::move(suffix));
-    }
-  return suffixes;
-}
 
 /// How well the folder of a photo fits that in its name: twice the number of last parts that are equal, and one where
 /// they are all that the name has.
@@ -64,45 +44,6 @@ bool turn_to_shape(const Camera& camera, int& width, int& height) {
 }
 
 }  // namespace
-
-fs::path find_photo(const fs::path& photos, const std::vector<fs::path>& folders, const std::string& name) {
-  static const std::vector<std::string> suffixes = make_photo_suffixes();
-  std::vector<fs::path> stems;
-  if (!photos.empty()) {
-    const fs::path whole = name, below_root = whole.relative_path();
-    stems = {photos / whole};
-    // With fewer and fewer of its first folders.
-    for (auto first = below_root.begin(); first != below_root.end(); ++first) {
-      fs::path rest;
-      for (auto part = first; part != below_root.end(); ++part) rest /= *part;
-      if (rest != whole) stems.push_back(photos / rest);
-    }
-  }
-  for (const fs::path& folder : folders) stems.push_back(folder / name);
-  for (const fs::path& stem : stems) {
-    for (const std::string& suffix : suffixes) {
-      std::error_code ignored;
-      const fs::path candidate = stem.string() + suffix;
-      if (fs::is_regular_file(candidate, ignored)) return tidy_path(candidate);
-    }
-  }
-  const std::string slashed = with_slashes(name).string();
-  return slashed == name ? fs::path() : find_photo(photos, folders, slashed);
-}
-
-std::string name_of_photo(const fs::path& file) {
-  const fs::path photo = with_slashes(file.string());
-  const std::string suffix = photo.extension().string();
-  return (suffix.size() > 1 && std::isalpha(static_cast<unsigned char>(suffix[1])) ? photo.stem() : photo.filename())
-      .string();
-}
-
-std::string long_name_of_photo(const fs::path& photo) {
-  const fs::path path = with_slashes(photo.string()).lexically_normal();
-  std::string name = (path.parent_path() / name_of_photo(path)).generic_string();
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
-}
 
 bool same_shape(const Camera& camera, int width, int height) {
   const double skew = std::abs(1.0 * width * camera.height - 1.0 * height * camera.width);
@@ -131,7 +72,11 @@ bool make_rotation(Eigen::Matrix3d& matrix) {
 const char* cam_from_opengl(const Eigen::Matrix4d& world_from_cam, Eigen::Isometry3d& cam_from_world) {
   if (!((world_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() <= 1e-6)) return "has another last row";
   Eigen::Matrix3d rotation = world_from_cam.topLeftCorner<3, 3>();
-  if (!make_rotation(rotation)) return "does not begin with a rotation";
+  if (!make_rotation(rotation)) {
+    const double volume = rotation.determinant();
+    if (volume > 0) rotation /= std::cbrt(volume);
+    if (!make_rotation(rotation)) return "does not begin with a rotation";
+  }
   rotation.col(1) *= -1;
   rotation.col(2) *= -1;
   cam_from_world.setIdentity();
@@ -220,15 +165,26 @@ void CameraCollector::keep_frames_with_photos() {
                              "'; they are ignored");
 }
 
-/// Cameras are found by name, so equal names (train/r_0, test/r_0) take their folders into the name, and without
-/// folders and photos (cameras.json of 3DGS, which lists the views of train and test) a number.
+/// Cameras are found by name, so equal names (train/r_0, test/r_0) take their folders into the name, then the suffixes
+/// of their photos (r_0.jpg, r_0.png), and without folders and photos (cameras.json of 3DGS, which lists the views of
+/// train and test) a number.
 void CameraCollector::make_names_unique() {
   std::map<std::string, int> uses;
   for (const Camera& camera : result_.cameras) ++uses[camera.name];
+  std::map<std::string, std::set<std::string>> photos_of;  // by long name
+  for (size_t i = 0; i < result_.cameras.size(); ++i) {
+    const Camera& camera = result_.cameras[i];
+    if (uses[camera.name] > 1)
+      photos_of[long_name_of_photo(names_[i])].insert(camera.photo.empty() ? full_name_of_photo(names_[i])
+                                                                           : camera.photo);
+  }
   std::set<std::string> taken;
   for (size_t i = 0; i < result_.cameras.size(); ++i) {
     std::string& name = result_.cameras[i].name;
-    if (uses[name] > 1) name = long_name_of_photo(names_[i]);
+    if (uses[name] > 1) {
+      name = long_name_of_photo(names_[i]);
+      if (photos_of[name].size() > 1) name = full_name_of_photo(names_[i]);
+    }
     const bool bare = !with_slashes(names_[i]).has_parent_path() && result_.cameras[i].photo.empty();
     if (const std::string base = name; bare && !base.empty())
       for (int n = 2; taken.count(name); ++n) name = base + "_" + std::to_string(n);

@@ -29,16 +29,21 @@ enum class PhotoFit {
 /// Names of Camera::distortion.
 extern const std::array<const char*, 6> kDistortionNames;
 
+/// A path as it may have been written under Windows.
+std::filesystem::path with_slashes(std::string path);
+
 /// The photo of a frame, suffix optional: in `photos` (may be empty) by its name with as many of its folders as are
-/// there, else below one of `folders`; `\` separates folders where no file has it in its name.  Empty when there is
-/// none.
+/// there, else below one of `folders`, without `photos` also with fewer of its folders, as after a move from another
+/// machine (not kView); `\` separates folders where no file has it in its name.  Empty when there is none.
 std::filesystem::path find_photo(const std::filesystem::path& photos, const std::vector<std::filesystem::path>& folders,
-                                 const std::string& name);
+                                 const std::string& name, PhotoFit fit = PhotoFit::kFirstPhoto);
 
 /// Name of the camera of a photo: its file name without folder, also of Windows, and suffix ("frame.0001" has none).
 std::string name_of_photo(const std::filesystem::path& photo);
 /// The same with its folders, joined by '_', where several photos have that name.
 std::string long_name_of_photo(const std::filesystem::path& photo);
+/// The same with its suffix, as in "cam0_shot_png", where several photos differ by nothing else.
+std::string full_name_of_photo(const std::filesystem::path& photo);
 
 /// Whether a picture has the shape of the camera, up to one pixel in a side of the smaller of the two.
 bool same_shape(const Camera& camera, int width, int height);
@@ -50,8 +55,9 @@ bool read_photo_size(const std::string& photo, PhotoFit fit, int& width, int& he
 /// Replaces a matrix that is nearly a rotation by the nearest one; false when it is none (error 1e-2, or a mirror).
 bool make_rotation(Eigen::Matrix3d& matrix);
 
-/// cam_from_world of a camera whose pose in the world is given with the axes of OpenGL (x right, y up, z back). Returns
-/// null, or in words why the matrix is no rigid motion.
+/// cam_from_world of a camera whose pose in the world is given with the axes of OpenGL (x right, y up, z back).  A
+/// uniform scale of the axes, as of a scaled camera in Blender, is left out.  Returns null, or in words why the matrix
+/// is no rigid motion.
 const char* cam_from_opengl(const Eigen::Matrix4d& world_from_cam, Eigen::Isometry3d& cam_from_world);
 
 /// What all camera files have in common once their frames are read, in the order of the file.

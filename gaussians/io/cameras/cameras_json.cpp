@@ -62,7 +62,7 @@ CameraFile read_cameras_json(const fs::path& file, const fs::path& photos, Photo
     camera.cx = 0.5 * camera.width;
     camera.cy = 0.5 * camera.height;
     const std::string name = entry.text("img_name");
-    camera.photo = find_photo(photos, {folder / "images", folder / "input", folder}, name).string();
+    camera.photo = find_photo(photos, {folder / "images", folder / "input", folder}, name, fit).string();
     collector.add(std::move(camera), name);
   }
   return collector.finish("cameras.json of 3DGS");

@@ -12,7 +12,8 @@ namespace pliant {
 namespace {
 
 void add_frame(const ColmapImage& image, const std::map<uint32_t, Camera>& cameras, const fs::path& folder,
-               const fs::path& photos, const std::string& file, const std::string& field, CameraCollector& collector) {
+               const fs::path& photos, PhotoFit fit, const std::string& file, const std::string& field,
+               CameraCollector& collector) {
   const auto found = cameras.find(image.camera);
   if (found == cameras.end()) {
     throw input_error(file, field, "names the camera " + std::to_string(image.camera) + ", which does not exist",
@@ -30,7 +31,7 @@ void add_frame(const ColmapImage& image, const std::map<uint32_t, Camera>& camer
   for (const char* name : {"images", "", "images_2", "images_4", "images_8"})  // the last three: scaled photos alone
     for (const fs::path& at : {folder, folder / "..", folder / "../..", folder / "../../.."})
       folders.push_back(at / name);
-  camera.photo = find_photo(photos, folders, image.photo).string();
+  camera.photo = find_photo(photos, folders, image.photo, fit).string();
   collector.add(std::move(camera), image.photo);
 }
 
@@ -61,14 +62,18 @@ CameraFile read_colmap(const fs::path& folder, const fs::path& photos, PhotoFit 
                       "give a COLMAP model, for example sparse/0");
   }
   const fs::path cameras_file = folder / ("cameras" + extension), images_file = folder / ("images" + extension);
-  const std::map<uint32_t, Camera> cameras = read_colmap_cameras(cameras_file);
-  CameraCollector collector(images_file, fit);
-  bool any = false;
+  std::vector<std::pair<ColmapImage, std::string>> images;
+  std::set<uint32_t> used;
   for_each_colmap_image(images_file, false, [&](const ColmapImage& image, const std::string& field) {
-    add_frame(image, cameras, folder, photos, images_file.string(), field, collector);
-    any = true;
+    images.emplace_back(image, field);
+    used.insert(image.camera);
   });
-  if (!any) throw input_error(images_file.string(), "", "contains no images", "give a model with registered images");
+  const std::map<uint32_t, Camera> cameras = read_colmap_cameras(cameras_file, used);
+  CameraCollector collector(images_file, fit);
+  for (const auto& [image, field] : images)
+    add_frame(image, cameras, folder, photos, fit, images_file.string(), field, collector);
+  if (images.empty())
+    throw input_error(images_file.string(), "", "contains no images", "give a model with registered images");
   CameraFile result = collector.finish(extension == ".bin" ? "COLMAP binary" : "COLMAP text");
   result.files.push_back(cameras_file);
   return result;

@@ -18,9 +18,9 @@ struct NumberedModel {
 std::vector<NumberedModel> numbered_models_in(const std::filesystem::path& folder);
 
 /// Reads cameras.{bin,txt} and images.{bin,txt} of a COLMAP model; binary wins.  Camera models SIMPLE_PINHOLE, PINHOLE,
-/// SIMPLE_RADIAL, RADIAL and OPENCV, others are refused.  Axes and pixel centres are ours.  Photos are looked for in
-/// `photos` (may be empty) and in the `images` folder of the model or of the folders around it.  Throws Error{kInput}
-/// naming file, record and value.
+/// SIMPLE_RADIAL, RADIAL and OPENCV; an image with another is refused.  Axes and pixel centres are ours.  Photos are
+/// looked for in `photos` (may be empty) and in the `images` folder of the model or of the folders around it.  Throws
+/// Error{kInput} naming file, record and value.
 CameraFile read_colmap(const std::filesystem::path& folder, const std::filesystem::path& photos = {},
                        PhotoFit fit = PhotoFit::kFirstPhoto);
 

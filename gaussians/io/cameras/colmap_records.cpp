@@ -1,5 +1,7 @@
 #include "gaussians/io/cameras/colmap_records.h"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 
@@ -64,15 +66,16 @@ Camera camera_of(const Model& model, uint64_t width, uint64_t height, const std:
   return camera;
 }
 
-const Model& checked_model(const Model* model, const std::string& name, const std::string& file,
+/// Refuses a model that is unknown, and one that is not read where the camera is `needed`.
+const Model& checked_model(const Model* model, bool needed, const std::string& name, const std::string& file,
                            const std::string& field) {
-  if (model && model->supported) return *model;
+  if (model && (model->supported || !needed)) return *model;
   throw input_error(
       file, field, "has the camera model " + (model ? std::string(model->name) : name),
       "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV are read; undistort first: colmap image_undistorter");
 }
 
-std::map<uint32_t, Camera> read_binary_cameras(const fs::path& path) {
+std::map<uint32_t, Camera> read_binary_cameras(const fs::path& path, const std::set<uint32_t>& needed) {
   const std::string bytes = read_text(path);
   ByteReader in(bytes, path.string());
   const auto count = in.take<uint64_t>("number of cameras");
@@ -83,11 +86,12 @@ std::map<uint32_t, Camera> read_binary_cameras(const fs::path& path) {
     const std::string field = "camera " + std::to_string(id);
     const auto model_id = in.take<int32_t>(field);
     const bool known = model_id >= 0 && model_id < static_cast<int>(std::size(kModels));
-    const Model& model =
-        checked_model(known ? &kModels[model_id] : nullptr, std::to_string(model_id), in.file(), field);
+    const Model& model = checked_model(known ? &kModels[model_id] : nullptr, needed.count(id) > 0,
+                                       std::to_string(model_id), in.file(), field);
     const auto width = in.take<uint64_t>(field), height = in.take<uint64_t>(field);
     std::vector<double> parameters;
     for (int k = 0; k < model.parameters; ++k) parameters.push_back(in.take<double>(field));
+    if (!model.supported) continue;
     if (!cameras.emplace(id, camera_of(model, width, height, parameters, in.file(), field)).second) {
       throw input_error(in.file(), field, "occurs twice", "the file is damaged");
     }
@@ -120,7 +124,7 @@ void read_binary_images(const fs::path& path, bool with_points, const UseColmapI
   }
 }
 
-std::map<uint32_t, Camera> read_text_cameras(const fs::path& path) {
+std::map<uint32_t, Camera> read_text_cameras(const fs::path& path, const std::set<uint32_t>& needed) {
   std::istringstream in(read_text(path));
   std::map<uint32_t, Camera> cameras;
   std::string line;
@@ -137,7 +141,8 @@ std::map<uint32_t, Camera> read_text_cameras(const fs::path& path) {
     }
     const Model* found = nullptr;
     for (const Model& model : kModels) found = name == model.name ? &model : found;
-    const Model& model = checked_model(found, name, path.string(), field);
+    const Model& model = checked_model(found, needed.count(id) > 0, name, path.string(), field);
+    if (!model.supported) continue;
     std::vector<double> parameters(static_cast<size_t>(model.parameters));
     for (double& value : parameters) {
       if (!(words >> value)) {
@@ -152,13 +157,30 @@ std::map<uint32_t, Camera> read_text_cameras(const fs::path& path) {
   return cameras;
 }
 
-/// x, y, id of every point of an image.
+/// x, y, id of every point of an image.  In a file without the lines of points the next image stands here, which must
+/// not be lost without a word.
 void read_text_points(const std::string& line, const std::string& file, const std::string& field, ColmapImage& image) {
-  std::istringstream words(line);
-  for (double x, y, id; words >> x;) {
-    if (!(words >> y >> id)) throw input_error(file, field, "ends inside a point", "a point is: x, y, id");
-    image.points.emplace_back(x, y);
+  const std::string remedy =
+      "an image takes two lines: its pose and name, then x, y, id of each of its points, which is an empty line where "
+      "there are none";
+  const char *at = line.data(), *const end = at + line.size();
+  const auto skip_space = [&] {
+    while (at != end && (*at == ' ' || *at == '\t')) ++at;
+  };
+  double point[3];
+  int known = 0;
+  for (skip_space(); at != end; skip_space()) {
+    const auto [behind, failed] = std::from_chars(at + (*at == '+' ? 1 : 0), end, point[known]);
+    if (failed == std::errc::invalid_argument || (behind != end && *behind != ' ' && *behind != '\t')) {
+      const std::string word(at, std::find_if(at, end, [](char c) { return c == ' ' || c == '\t'; }));
+      throw input_error(file, field, "holds '" + word.substr(0, 60) + "' where the points of an image are expected",
+                        remedy);
+    }
+    at = behind;
+    known = (known + 1) % 3;
+    if (known == 0) image.points.emplace_back(point[0], point[1]);
   }
+  if (known != 0) throw input_error(file, field, "ends inside a point", remedy);
 }
 
 /// Each image has a second line with its points, which may be empty.
@@ -179,7 +201,8 @@ void read_text_images(const fs::path& path, bool with_points, const UseColmapIma
     }
     points.clear();
     next_colmap_line(in, points, number);
-    if (with_points) read_text_points(points, path.string(), "line " + std::to_string(number), image);
+    read_text_points(points, path.string(), "line " + std::to_string(number), image);
+    if (!with_points) image.points.clear();
     use(image, field);
   }
 }
@@ -205,8 +228,8 @@ std::string colmap_extension(const fs::path& folder) {
   return has_pair(folder, ".bin") ? ".bin" : has_pair(folder, ".txt") ? ".txt" : "";
 }
 
-std::map<uint32_t, Camera> read_colmap_cameras(const fs::path& file) {
-  return file.extension() == ".bin" ? read_binary_cameras(file) : read_text_cameras(file);
+std::map<uint32_t, Camera> read_colmap_cameras(const fs::path& file, const std::set<uint32_t>& needed) {
+  return file.extension() == ".bin" ? read_binary_cameras(file, needed) : read_text_cameras(file, needed);
 }
 
 uint64_t count_colmap_images(const fs::path& file) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -32,8 +33,9 @@ struct ColmapImage {
 /// Whether the folder holds the records as binary (".bin") or as text (".txt"); binary wins, "" = neither.
 std::string colmap_extension(const std::filesystem::path& folder);
 
-/// cameras.{bin,txt}: id -> camera without a pose.  Throws Error{kInput} naming file, record and value.
-std::map<uint32_t, Camera> read_colmap_cameras(const std::filesystem::path& file);
+/// cameras.{bin,txt}: id -> camera without a pose.  A camera with a lens that is not read is refused where it is among
+/// `needed`, and left out elsewhere.  Throws Error{kInput} naming file, record and value.
+std::map<uint32_t, Camera> read_colmap_cameras(const std::filesystem::path& file, const std::set<uint32_t>& needed);
 
 /// `field` names the record in messages.
 using UseColmapImage = std::function<void(const ColmapImage&, const std::string& field)>;

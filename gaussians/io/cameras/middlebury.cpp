@@ -63,7 +63,7 @@ CameraFile read_middlebury(const fs::path& file, const fs::path& photos, PhotoFi
       throw input_error(name, field, "is '" + line.substr(0, 60) + "'",
                         "it must be: name, K (9 numbers), R (9), t (3)");
     Camera camera = camera_of(values, name, field);
-    camera.photo = find_photo(photos, {file.parent_path(), file.parent_path() / "images"}, photo).string();
+    camera.photo = find_photo(photos, {file.parent_path(), file.parent_path() / "images"}, photo, fit).string();
     if (width == 0 && !camera.photo.empty()) read_photo_size(camera.photo, fit, width, height);
     frames.emplace_back(std::move(camera), photo);
   }

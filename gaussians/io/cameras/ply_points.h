@@ -4,8 +4,8 @@
 
 namespace pliant {
 
-/// x, y, z and, when there are such properties, red, green, blue of the vertices of a PLY.  Throws Error{kInput} naming
-/// file, property and vertex.
+/// x, y, z and, when there are such properties, red, green, blue (see ply_full_color) of the vertices of a PLY.  Those
+/// whose position is not finite are left out with a warning.  Throws Error{kInput} naming file and property.
 SparsePoints read_ply_points(const std::filesystem::path& file);
 
 /// Writes x, y, z and red, green, blue in bytes, binary little endian, atomically.

@@ -1,8 +1,6 @@
 #include "gaussians/io/cameras/sparse_points.h"
 
 #include <algorithm>
-#include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <unordered_map>
@@ -15,8 +13,6 @@
 #include "gaussians/io/files/byte_reader.h"
 #include "gaussians/io/files/files.h"
 #include "gaussians/io/files/json_file.h"
-#include "gaussians/io/splats/ply_header.h"
-#include "gaussians/io/splats/ply_rows.h"
 
 namespace fs = std::filesystem;
 
@@ -33,15 +29,13 @@ void add_point(SparsePoints& points, const double* position, const double* color
   points.color.push_back((Eigen::Map<const Vec3d>(color).cast<float>() / 255).cwiseMax(0.0f).cwiseMin(1.0f));
 }
 
-/// Whether the path of a photo ends with the name that a model gives to it, whatever their suffixes.
-bool ends_with_name(const std::string& photo, const std::string& name) {
-  const auto without_suffix = [](std::string path) {
-    std::replace(path.begin(), path.end(), '\\', '/');
-    const fs::path normal = fs::path(path).lexically_normal();
-    return "/" + (normal.parent_path() / name_of_photo(normal)).generic_string();
+/// Whether the path of a photo ends with the name that a model gives to it, `exactly` or whatever their suffixes.
+bool ends_with_name(const std::string& photo, const std::string& name, bool exactly) {
+  const auto compared = [exactly](const std::string& path) {
+    const fs::path normal = with_slashes(path).lexically_normal();
+    return "/" + (exactly ? normal : normal.parent_path() / name_of_photo(normal)).generic_string();
   };
-  const std::string whole = without_suffix(photo), end = without_suffix(name);
-  return whole.size() >= end.size() && whole.compare(whole.size() - end.size(), end.size(), end) == 0;
+  return compared(photo).ends_with(compared(name));
 }
 
 /// What turns rays of one camera into those of another that stands in the same place and looks the same way, as when
@@ -58,10 +52,8 @@ class ColmapTracks {
  public:
   ColmapTracks(const fs::path& folder, const std::string& extension, const std::vector<Camera>& cameras)
       : cameras_(cameras) {
-    std::unordered_map<std::string, int> by_name;
-    for (size_t i = 0; i < cameras.size(); ++i) by_name[cameras[i].name] = static_cast<int>(i);
-    const auto lenses = read_colmap_cameras(folder / ("cameras" + extension));
-    std::unordered_map<std::string, int> uses;  // of the names of photos without their folders
+    for (size_t i = 0; i < cameras.size(); ++i) by_name_[cameras[i].name] = static_cast<int>(i);
+    const auto lenses = read_colmap_cameras(folder / ("cameras" + extension), {});
     std::unordered_map<uint32_t, std::string> photo_of;
     for_each_colmap_image(folder / ("images" + extension), true, [&](const ColmapImage& image, const std::string&) {
       View& view = views_[image.id];
@@ -69,23 +61,14 @@ class ColmapTracks {
       const auto lens = lenses.find(image.camera);
       if (lens != lenses.end()) view.model = lens->second;
       view.model.cam_from_world = image.cam_from_world();
-      ++uses[name_of_photo(image.photo)];
+      ++uses_[name_of_photo(image.photo)];
+      ++long_uses_[long_name_of_photo(image.photo)];
       photo_of[image.id] = image.photo;
     });
     for (const auto& [id, photo] : photo_of) {
-      const std::string name = name_of_photo(photo);
-      auto found = by_name.find(long_name_of_photo(photo));
-      // Of photos in several folders that have one name, one alone may be there: the camera of that name is its.
-      if (found == by_name.end()) {
-        found = by_name.find(name);
-        if (found != by_name.end() && uses[name] > 1 &&
-            !ends_with_name(cameras[static_cast<size_t>(found->second)].photo, photo))
-          found = by_name.end();
-      }
-      if (found == by_name.end()) continue;
       View& view = views_[id];
-      view.camera = found->second;
-      view.turn = turn_in_plane(cameras[static_cast<size_t>(view.camera)], view.model);
+      view.camera = camera_of(photo);
+      if (view.camera >= 0) view.turn = turn_in_plane(cameras[static_cast<size_t>(view.camera)], view.model);
     }
   }
 
@@ -116,6 +99,23 @@ class ColmapTracks {
   }
 
  private:
+  /// The camera of a photo, which bears its name as CameraCollector makes it unique; -1 = none.  Of photos that share a
+  /// name one alone may be there: the camera of that name is its.
+  int camera_of(const std::string& photo) const {
+    const std::string name = name_of_photo(photo), long_name = long_name_of_photo(photo);
+    const bool one_of_several = long_uses_.at(long_name) > 1;
+    if (const auto full = by_name_.find(full_name_of_photo(photo)); one_of_several && full != by_name_.end())
+      return full->second;
+    for (const std::string& each : {long_name, name}) {
+      const auto found = by_name_.find(each);
+      if (found == by_name_.end()) continue;
+      const bool shared = one_of_several || (each != long_name && uses_.at(name) > 1);
+      const std::string& file = cameras_[static_cast<size_t>(found->second)].photo;
+      return !shared || ends_with_name(file, photo, one_of_several) ? found->second : -1;
+    }
+    return -1;
+  }
+
   void leave_out(const std::string& sentence) {
     if (left_out_++ == 0) first_ = sentence;
   }
@@ -128,6 +128,8 @@ class ColmapTracks {
   };
 
   const std::vector<Camera>& cameras_;
+  std::unordered_map<std::string, int> by_name_;           // of the cameras
+  std::unordered_map<std::string, int> uses_, long_uses_;  // of the names of photos, without and with their folders
   std::unordered_map<uint32_t, View> views_;
   size_t all_ = 0, left_out_ = 0;
   std::string first_;  // that was left out
@@ -213,61 +215,14 @@ PointsPlace points_place(const fs::path& path) {
   if (at.extension() != ".json") return {{}, without};
   const nlohmann::json json = read_json(at);
   if (!json.is_object() || !json.contains("ply_file_path")) return {{}, without};
-  const fs::path file = at.parent_path() / JsonObject(json, at.string(), "", Failure::kInput).text("ply_file_path");
-  if (fs::is_regular_file(file, ignored)) return {file, ""};
+  const std::string name = JsonObject(json, at.string(), "", Failure::kInput).text("ply_file_path");
+  const fs::path file = at.parent_path() / name, slashed = at.parent_path() / with_slashes(name);
+  for (const fs::path& place : {file, slashed})
+    if (fs::is_regular_file(place, ignored)) return {place, ""};
   return {{}, at.string() + " names the points " + file.string() + ", which do not exist"};
 }
 
 }  // namespace
-
-SparsePoints read_ply_points(const fs::path& file) {
-  SparsePoints points;
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw input_error(file.string(), "", "cannot be opened", "check its permissions");
-  const PlyHeader header = read_ply_header(in, file);
-  const PlyElement* vertex = header.find("vertex");
-  int column[6];
-  const char* names[] = {"x", "y", "z", "red", "green", "blue"};
-  for (int k = 0; k < 6; ++k) {
-    column[k] = vertex ? vertex->find(names[k]) : -1;
-    if (k < 3 && column[k] < 0)
-      throw input_error(file.string(), std::string("property ") + names[k], "is missing", "give a point cloud");
-  }
-  if (vertex->has_list()) throw input_error(file.string(), "element vertex", "holds a list", "give a point cloud");
-  for (const PlyElement& element : header.elements) {
-    PlyRows rows(in, header, element, file.string(), fs::file_size(file));
-    if (&element != vertex) {
-      rows.skip();
-      continue;
-    }
-    rows.check_size();
-    const bool colored = column[3] >= 0 && column[4] >= 0 && column[5] >= 0;
-    const bool bytes = colored && vertex->properties[column[3]].type == PlyType::kUint8;
-    rows.for_each_row([&](const float* row) {
-      double position[3], color[3];
-      for (int k = 0; k < 3; ++k) {
-        position[k] = row[column[k]];
-        color[k] = colored ? row[column[3 + k]] * (bytes ? 1.0 : 255.0) : 127.5;
-      }
-      add_point(points, position, color, file.string(), "vertex " + std::to_string(points.position.size()));
-    });
-    break;
-  }
-  points.file = file;
-  points.source = std::to_string(points.position.size()) + " points of " + file.string();
-  return points;
-}
-
-void write_ply_points(const fs::path& file, const SparsePoints& points) {
-  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(points.position.size()) +
-                      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
-                      "property uchar green\nproperty uchar blue\nend_header\n";
-  for (size_t i = 0; i < points.position.size(); ++i) {
-    bytes.append(reinterpret_cast<const char*>(points.position[i].data()), 3 * sizeof(float));
-    for (int c = 0; c < 3; ++c) bytes.push_back(static_cast<char>(std::lround(255 * points.color[i][c])));
-  }
-  write_text(file, bytes);
-}
 
 fs::path sparse_points_file(const fs::path& path) { return points_place(path).file; }
 

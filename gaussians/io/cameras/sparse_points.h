@@ -22,7 +22,7 @@ struct SparsePoints {
   std::vector<Observation> observations;  ///< ordered by point; empty when the file has no tracks
   std::filesystem::path file;             ///< that they were read from; empty when they come from elsewhere
   std::string source;                     ///< where the points come from, or why there are none: a sentence
-  std::vector<std::string> warnings;      ///< about observations that are left out
+  std::vector<std::string> warnings;      ///< about points and observations that are left out
 
   bool empty() const { return position.empty(); }
 };

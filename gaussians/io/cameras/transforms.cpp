@@ -51,6 +51,10 @@ class Reader {
     if (frames.empty()) throw top_.complaint("frames", "is empty", "a camera file needs at least one frame");
     for (size_t i = 0; i < frames.size(); ++i) read_frame(frames[i], i);
     CameraFile file = collector_.finish("transforms.json", photo_width_ > 0);
+    if (moments_.size() > 1)
+      file.warnings.push_back(file_.string() + ": the frames are of " + std::to_string(moments_.size()) +
+                              " moments (\"time\"), and a scene is trained as if they were of one: what moves between "
+                              "them is blurred; keep the frames of one moment");
     if (masked_ > 0)
       file.warnings.push_back(file_.string() + ": mask_path of " + std::to_string(masked_) +
                               " frames is ignored: all pixels of the photos are used");
@@ -76,6 +80,8 @@ class Reader {
     }
     refuse_other_lenses(frame, value);
     masked_ += frame.has("mask_path");
+    if (const auto time = value.find("time"); time != value.end() && time->is_number())
+      moments_.insert(time->get<double>());
     Camera camera;
     for (size_t k = 0; k < kDistortionNames.size(); ++k) {
       if (has(frame, kDistortionNames[k])) camera.distortion[k] = number(frame, kDistortionNames[k]);
@@ -83,7 +89,7 @@ class Reader {
     const std::string file_path = frame.text("file_path");
     if (frame.has("camera_name")) camera.name = frame.text("camera_name");
     camera.cam_from_world = read_pose(frame);
-    camera.photo = find_photo(photos_, {file_.parent_path()}, file_path).string();
+    camera.photo = find_photo(photos_, {file_.parent_path()}, file_path, fit_).string();
     read_size(frame, camera);
     read_intrinsics(frame, camera);
     collector_.add(std::move(camera), file_path);
@@ -131,7 +137,7 @@ class Reader {
     size_t index = 0;
     for (const nlohmann::json& value : top_.array("frames")) {
       const JsonObject frame(value, file_.string(), "frames[" + std::to_string(index++) + "]");
-      const std::string photo = find_photo(photos_, {file_.parent_path()}, frame.text("file_path")).string();
+      const std::string photo = find_photo(photos_, {file_.parent_path()}, frame.text("file_path"), fit_).string();
       if (!photo.empty() && read_photo_size(photo, fit_, photo_width_, photo_height_)) return;
     }
   }
@@ -171,6 +177,7 @@ class Reader {
   CameraCollector collector_;
   int photo_width_ = 0, photo_height_ = 0, masked_ = 0;
   bool size_was_sought_ = false;
+  std::set<double> moments_;
 };
 
 }  // namespace

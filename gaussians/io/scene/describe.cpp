@@ -112,6 +112,8 @@ json describe_settings(const SceneFile& settings) {
   if (settings.material.poisson) out["poisson"] = *settings.material.poisson;
   if (settings.material.density) out["density"] = *settings.material.density;
   if (settings.background) out["background"] = array_of(*settings.background);
+  if (!settings.background_file.empty())
+    out["background_source"] = "white_background of " + settings.background_file.string();
   if (!settings.material.law.empty()) out["law"] = settings.material.law;
   if (!settings.material.constants.empty()) out["law_constants"] = settings.material.constants;
   return out;
@@ -129,6 +131,72 @@ void add_lines(const json& value, const std::string& indent, std::string& text) 
   }
 }
 
+/// What a scene has besides its splats.
+void describe_scene(const Scene& scene, json& out) {
+  out["cameras"] = describe_cameras(scene.cameras);
+  out["cameras"]["source"] = scene.cameras_are_orbit ? "automatic orbit" : scene.settings.cameras.string();
+  out["up"] = array_of(scene.up);
+  out["up_source"] = scene.up_source;
+  out["settings"] = describe_settings(scene.settings);
+  out["warnings"] = scene.warnings;
+}
+
+/// Splats with what a command would find beside them.  Where it would refuse them, that is a warning.
+void describe_splat_file(const fs::path& path, const fs::path& splats, const LoadOptions& options, json& out) {
+  out["kind"] = "splats";
+  std::string refused;
+  try {
+    const Scene scene = load_scene(path, options);
+    out["splats"] = describe_splats(scene.cloud, scene.report);
+    return describe_scene(scene, out);
+  } catch (const Error& error) {
+    refused = error.what();
+  }
+  ReadReport report;
+  const GaussianCloud cloud = read_splats(splats, &report, options.level.value_or(kFinestLevel));
+  out["splats"] = describe_splats(cloud, report);
+  const UpDirection up = cloud.size() > 0 ? up_of_cloud(cloud, report.z_is_up) : UpDirection{};
+  out["up"] = array_of(up.up);
+  out["up_source"] = up.source;
+  out["warnings"] = report.warnings;
+  if (cloud.size() > 0) out["warnings"].push_back(refused);
+}
+
+void describe_camera_file(const CameraFile& file, json& out) {
+  out["cameras"] = describe_cameras(file.cameras);
+  out["cameras"]["format"] = file.format;
+  out["cameras"]["frames_in_file"] = file.frames;
+  out["warnings"] = file.warnings;
+}
+
+/// Where cameras and photos are from which a scene is to be trained; none where there are splats or no cameras.
+std::optional<SceneFile> photos_at(const fs::path& path, bool scene_file) {
+  std::error_code ignored;
+  const fs::path folder = fs::is_directory(path, ignored) ? path : path.parent_path();
+  SceneFile settings;
+  if (scene_file) {
+    settings = read_scene_file(folder / "scene.json");
+    if (!settings.splats.empty()) return std::nullopt;
+  } else {
+    if (!fs::is_directory(path, ignored)) return std::nullopt;
+    if (const fs::path splats = splats_of_folder(path); !splats.empty() && !is_point_cloud(splats)) return std::nullopt;
+  }
+  if (settings.cameras.empty()) settings.cameras = cameras_in(folder, ColmapChoice::kLargest);
+  if (settings.cameras.empty()) return std::nullopt;
+  if (settings.photos.empty()) settings.photos = folder;
+  return settings;
+}
+
+void describe_photos(const SceneFile& settings, const std::optional<int>& level, json& out) {
+  if (level)
+    throw usage_error("--level", std::to_string(*level), "does nothing: there are no splats yet", "leave it out");
+  out["kind"] = "photos";
+  describe_camera_file(read_cameras(settings.cameras, settings.photos, PhotoFit::kEachPhoto), out);
+  out["cameras"]["source"] = settings.cameras.string();
+  if (const std::string others = other_models(settings.cameras); !others.empty()) out["warnings"].push_back(others);
+  out["settings"] = describe_settings(settings);
+}
+
 }  // namespace
 
 json describe(const fs::path& path, std::optional<int> level) {
@@ -138,35 +206,21 @@ json describe(const fs::path& path, std::optional<int> level) {
   const bool scene_file = path.filename() == "scene.json" || fs::exists(path / "scene.json", ignored);
   const fs::path splats = scene_file ? fs::path() : splats_at(path);
   const fs::path cameras = scene_file || !splats.empty() ? fs::path() : cameras_at(path);
+  LoadOptions options;
+  options.level = level;
   if (!splats.empty()) {
-    ReadReport report;
-    const GaussianCloud cloud = read_splats(splats, &report, level.value_or(kFinestLevel));
-    out["kind"] = "splats";
-    out["splats"] = describe_splats(cloud, report);
-    const UpDirection up = cloud.size() > 0 ? up_of_cloud(cloud, report.z_is_up) : UpDirection{};
-    out["up"] = array_of(up.up);
-    out["up_source"] = up.source;
-    out["warnings"] = report.warnings;
+    describe_splat_file(path, splats, options, out);
   } else if (!cameras.empty()) {
-    const CameraFile file = read_cameras(cameras);
     out["kind"] = "cameras";
-    out["cameras"] = describe_cameras(file.cameras);
-    out["cameras"]["format"] = file.format;
-    out["cameras"]["frames_in_file"] = file.frames;
-    out["warnings"] = file.warnings;
+    describe_camera_file(read_cameras(cameras), out);
+  } else if (const auto photos = photos_at(path, scene_file)) {
+    describe_photos(*photos, level, out);
   } else if (fs::is_directory(path, ignored) || scene_file) {
-    LoadOptions options;
-    options.level = level;
     const Scene scene = load_scene(path, options);
     out["kind"] = "scene";
     out["splats"] = describe_splats(scene.cloud, scene.report);
-    out["cameras"] = describe_cameras(scene.cameras);
-    out["cameras"]["source"] = scene.cameras_are_orbit ? "automatic orbit" : scene.settings.cameras.string();
-    out["up"] = array_of(scene.up);
-    out["up_source"] = scene.up_source;
+    describe_scene(scene, out);
     out["metres_per_unit"] = scene.metres_per_unit;
-    out["settings"] = describe_settings(scene.settings);
-    out["warnings"] = scene.warnings;
     if (scene.scale_is_assumed)
       out["warnings"].push_back("the scale of the scene is unknown: one unit is assumed to be one meter");
   } else if (const std::string extension = path.extension(); extension == ".ksplat" || extension == ".json") {

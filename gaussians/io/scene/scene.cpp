@@ -7,6 +7,7 @@
 #include "gaussians/base/error.h"
 #include "gaussians/base/orbit.h"
 #include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/files/files.h"
 #include "gaussians/io/files/paths.h"
 #include "gaussians/io/files/text.h"
 #include "gaussians/io/scene/doubtful.h"
@@ -53,6 +54,24 @@ bool looks_like_splats(const fs::path& file) {
   } catch (const Error&) {
     return true;  // its reader says what is damaged
   }
+}
+
+/// Of splats in point_cloud/iteration_<n> that of the 3DGS model, else the one in which they lie.
+fs::path model_folder_of(const fs::path& splats) {
+  const fs::path folder = tidy_path(fs::absolute(splats)).parent_path();
+  return folder.filename().string().starts_with("iteration_") ? folder.parent_path().parent_path() : folder;
+}
+
+/// Takes the background from the options of the training that 3DGS and PhysGaussian keep in cfg_args.
+void read_background_of_model(SceneFile& settings) {
+  std::error_code ignored;
+  fs::path file = model_folder_of(settings.splats) / "cfg_args";
+  if (fs::is_symlink(settings.splats, ignored) && !fs::exists(file, ignored))
+    file = model_folder_of(fs::weakly_canonical(settings.splats, ignored)) / "cfg_args";
+  if (settings.background || !fs::is_regular_file(file, ignored)) return;
+  if (read_text(file).find("white_background=True") == std::string::npos) return;
+  settings.background = Vec3d::Ones();
+  settings.background_file = file;
 }
 
 /// Why no splats were found in a folder.
@@ -146,8 +165,8 @@ std::vector<fs::path> splat_files_in(const fs::path& folder) {
 fs::path cameras_of_splats(const fs::path& splats) {
   const fs::path beside = cameras_in(splats.parent_path());
   if (!beside.empty()) return beside;
-  const fs::path folder = tidy_path(fs::absolute(splats)).parent_path();
-  if (folder.filename().string().starts_with("iteration_")) return cameras_in(folder.parent_path().parent_path());
+  if (const fs::path model = model_folder_of(splats); model != tidy_path(fs::absolute(splats)).parent_path())
+    return cameras_in(model);
   return fs::is_symlink(splats) && fs::exists(splats) ? cameras_of_splats(fs::canonical(splats)) : fs::path();
 }
 
@@ -156,6 +175,7 @@ Scene load_scene(const fs::path& source, const LoadOptions& options) {
   scene.source = source;
   bool found = false;
   scene.settings = locate(source, found);
+  read_background_of_model(scene.settings);
   scene.cloud = read_splats(scene.settings.splats, &scene.report, options.level.value_or(kFinestLevel));
   scene.warnings = scene.report.warnings;
   if (options.antialiased) scene.settings.antialiased = true;

@@ -46,8 +46,9 @@ struct SceneFile {
   };
   std::vector<Region> pinned;
   MaterialValues material;
-  std::optional<bool> antialiased;  ///< the splats were trained with mip-splatting, whatever their file says
-  std::optional<Vec3d> background;  ///< color in front of which the splats were trained, in 0..1
+  std::optional<bool> antialiased;        ///< the splats were trained with mip-splatting, whatever their file says
+  std::optional<Vec3d> background;        ///< color in front of which the splats were trained, in 0..1
+  std::filesystem::path background_file;  ///< cfg_args of the 3DGS model that says it; empty when scene.json does
 
   Vec3f background_color() const { return background.value_or(Vec3d::Zero()).cast<float>(); }
 };
@@ -83,7 +84,7 @@ std::filesystem::path cameras_of_splats(const std::filesystem::path& splats);
 
 /// Loads splats of any format (splats.h), a 3DGS model folder, a folder with one splat file, or one with scene.json.
 /// Cameras: the scene file's, else those beside the splats or in the model folder (cameras.h), else an orbit of
-/// `orbit_views` views.
+/// `orbit_views` views.  Background: the scene file's, else white where cfg_args of the model folder says so.
 struct LoadOptions {
   std::optional<int> level;  ///< of detail of a streamed SOG, 0 = finest; default: the finest that is there
   std::optional<Eigen::Vector3d> up;

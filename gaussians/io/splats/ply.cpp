@@ -26,7 +26,8 @@ constexpr size_t kWrittenRows = 4096;
 /// Columns of the parameters of a Gaussian; -1 = absent.
 struct Layout {
   int x[3], dc[3], opacity, scale[3], rot[4], filter;
-  float color_step = 0;  ///< of color per unit where the columns `dc` are red, green and blue; 0 = they are f_dc_*
+  bool colored = false;  ///< the columns `dc` are red, green and blue and not f_dc_*
+  float color_step = 1;  ///< of color per unit of them
   std::vector<int> rest, object;
   int degree = 0;         ///< of the harmonics that are read
   bool degree_4 = false;  ///< the file has more, which are dropped
@@ -48,13 +49,12 @@ Layout find_layout(const PlyElement& vertex, const std::string& file) {
   }
   Layout layout;
   // `--ply-color-mode rgb` of nerfstudio's export has colors instead of harmonics.
-  const bool colored = vertex.find("f_dc_0") < 0 && vertex.find("red") >= 0 && vertex.find("green") >= 0 &&
-                       vertex.find("blue") >= 0 && vertex.find("opacity") >= 0;
-  if (colored) layout.color_step = vertex.properties[vertex.find("red")].type == PlyType::kUint8 ? 1 / 255.0f : 1;
+  layout.colored = vertex.find("f_dc_0") < 0 && vertex.find("red") >= 0 && vertex.find("green") >= 0 &&
+                   vertex.find("blue") >= 0 && vertex.find("opacity") >= 0;
   const char* colors[] = {"red", "green", "blue"};
   for (int k = 0; k < 3; ++k) {
     layout.x[k] = required(std::string(1, "xyz"[k]));
-    layout.dc[k] = required(colored ? colors[k] : "f_dc_" + std::to_string(k));
+    layout.dc[k] = required(layout.colored ? colors[k] : "f_dc_" + std::to_string(k));
     layout.scale[k] = k < 2 ? required("scale_" + std::to_string(k)) : vertex.find("scale_2");
   }
   layout.opacity = required("opacity");
@@ -105,7 +105,7 @@ SplatRow row_of(const Layout& layout, const float* values) {
     row.position[k] = values[layout.x[k]];
     row.log_scale[k] = layout.scale[k] < 0 ? 0.0f : values[layout.scale[k]];
     const float dc = values[layout.dc[k]];
-    row.sh[k] = layout.color_step > 0 ? sh_of_color(dc * layout.color_step) : dc;
+    row.sh[k] = layout.colored ? sh_of_color(dc * layout.color_step) : dc;
   }
   if (layout.scale[2] < 0) row.log_scale[2] = std::min(row.log_scale[0], row.log_scale[1]) + kSurfelThickness;
   for (int k = 0; k < 4; ++k) row.rotation[k] = values[layout.rot[k]];
@@ -162,7 +162,7 @@ GaussianCloud read_vertices(std::istream& in, const PlyHeader& header, const std
                             ReadReport& report) {
   const PlyElement* vertex = header.find("vertex");
   if (!vertex) throw input_error(name, "element vertex", "is missing", "this is not a 3DGS PLY");
-  const Layout layout = find_layout(*vertex, name);
+  Layout layout = find_layout(*vertex, name);
   if (vertex->count > INT32_MAX) {
     throw input_error(name, "element vertex", "has " + std::to_string(vertex->count) + " rows",
                       "at most 2147483647 are supported");
@@ -174,6 +174,16 @@ GaussianCloud read_vertices(std::istream& in, const PlyHeader& header, const std
 
   PlyRows rows(in, header, *vertex, name, size);
   rows.check_size();
+  if (layout.colored) {
+    const std::streampos begin = in.tellg();
+    float largest = 0;
+    rows.for_each_row([&](const float* values) {
+      for (const int column : layout.dc) largest = std::max(largest, values[column]);
+    });
+    in.clear();
+    in.seekg(begin);
+    layout.color_step = 1 / ply_full_color(vertex->properties[layout.dc[0]].type, largest);
+  }
   CloudBuilder builder(layout.degree, vertex->count, static_cast<int>(layout.object.size()));
   std::vector<float> object(layout.object.size());
   rows.for_each_row([&](const float* values) {

@@ -180,6 +180,11 @@ double ply_value(PlyType type, const char* bytes) {
   return 0;
 }
 
+float ply_full_color(PlyType type, double largest) {
+  if (type == PlyType::kFloat || type == PlyType::kDouble) return largest > 2 ? 255 : 1;
+  return largest > 255 ? 65535 : 255;
+}
+
 bool PlyElement::has_list() const {
   for (const PlyProperty& property : properties) {
     if (property.list) return true;

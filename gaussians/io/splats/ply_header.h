@@ -15,6 +15,10 @@ size_t ply_size(PlyType type);
 /// The little-endian value at `bytes`.
 double ply_value(PlyType type, const char* bytes);
 
+/// The value of a color that stands for 1, where `largest` is the largest of the file: 255 of bytes and of other
+/// integers, or 65535 where one is larger than 255; 1 of floats, or 255 where one is above 2, as no brightness is.
+float ply_full_color(PlyType type, double largest);
+
 struct PlyProperty {
   std::string name;
   PlyType type = PlyType::kFloat;

@@ -31,10 +31,24 @@ struct Source {
   std::function<std::string(const std::string& file, uint64_t most)> read;
 };
 
+/// The folder, with its '/', of the only meta.json of an archive, which may have been packed with its folder.
+std::string folder_in(ZipArchive& archive) {
+  std::string folder;
+  for (const std::string& name : archive.names()) {
+    if (name == "meta.json") return "";
+    if (!name.ends_with("/meta.json")) continue;
+    if (!folder.empty()) return "";
+    folder = name.substr(0, name.rfind('/') + 1);
+  }
+  return folder;
+}
+
 Source source_in_archive(const fs::path& file) {
   auto archive = std::make_shared<ZipArchive>(file);
   return {file.string(), fs::file_size(file),
-          [archive](const std::string& name, uint64_t most) { return archive->read(name, most); }};
+          [archive, folder = folder_in(*archive)](const std::string& name, uint64_t most) {
+            return archive->read(folder + name, most);
+          }};
 }
 
 Source source_in_folder(const fs::path& meta, std::vector<fs::path>& files) {

@@ -228,6 +228,23 @@ TEST_F(GestureTest, AMarkedNumberIsTheIndexOfACamera) {
     EXPECT_NE(complaint([&] { add_click(bad, cameras, 8, gesture); }).find("#0 to #2"), std::string::npos) << bad;
 }
 
+TEST_F(GestureTest, TheNameOfACameraMayHoldCommas) {
+  std::vector<Camera> cameras(scene.cameras.begin(), scene.cameras.begin() + 3);
+  cameras[0].name = "a";
+  cameras[1].name = "a,b";
+  cameras[2].name = "a,b,2";
+  Gesture gesture;
+  add_box("a,b,1,1,20,20", cameras, gesture);
+  add_click("a,b,2,5,6", cameras, 8, gesture);
+  add_stroke("bg,a,b,1,1,9,9", cameras, 8, gesture);
+  add_click("a,5,6", cameras, 8, gesture);
+  EXPECT_EQ(gesture.boxes.at(0).camera, 1);
+  ASSERT_EQ(gesture.strokes.size(), 3u);
+  for (const auto& [k, camera] : {std::pair(0, 2), {1, 1}, {2, 0}}) EXPECT_EQ(gesture.strokes[k].camera, camera);
+  EXPECT_EQ(gesture.strokes[0].points[0], Vec2f(5, 6));
+  EXPECT_EQ(gesture.strokes[1].points.size(), 2u);
+}
+
 TEST_F(GestureTest, MalformedOptionsNameOptionValueAndRemedy) {
   Gesture gesture;
   const auto& cameras = scene.cameras;

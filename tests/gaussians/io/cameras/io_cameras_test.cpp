@@ -213,6 +213,30 @@ TEST(Colmap, HostileTextNamesTheLine) {
   refused(cameras, "# none\n", {"images.txt", "no image"});
   refused(cameras, "1 0 0 0 0 0 0 0 7 a.png\n\n", {"images.txt", "line 1", "no pose"});
   refused(cameras, "1 1 0 0 0 0 0 0 8 a.png\n\n", {"images.txt", "camera 8"});
+  // Without the lines of points every second image would be lost.
+  refused(cameras, "1 1 0 0 0 0 0 0 7 a.png\n2 1 0 0 0 0 0 0 7 b.png\n",
+          {"images.txt", "line 2", "'b.png'", "two lines"});
+  refused(cameras, "1 1 0 0 0 0 0 0 7 a\n2 1 0 0 0 0 0 0 7 2\n",
+          {"images.txt", "line 2", "inside a point", "two lines"});
+  refused(cameras, "1 1 0 0 0 0 0 0 7 a.png\n1.5 2 -1 3 4\n", {"images.txt", "line 2", "inside a point"});
+}
+
+TEST(Colmap, ALensThatIsNotReadCountsOnlyWhereAnImageHasIt) {
+  const TemporaryFolder folder;
+  const std::vector<Camera> cameras = some_cameras();
+  std::string text = text_cameras(kModels[1]) + "8 FOV 640 480 1 2 3 4 5\n", bytes = binary_cameras(1, {1, 1, 1, 1});
+  folder.file("text/cameras.txt", text);
+  folder.file("text/images.txt", text_images(cameras));
+  expect_same_views(cameras, read_cameras(folder / "text").cameras);
+  bytes[0] = 2;
+  put(bytes, uint32_t(8));
+  put(bytes, int32_t(5));
+  put(bytes, uint64_t(640));
+  put(bytes, uint64_t(480));
+  for (int k = 0; k < 8; ++k) put(bytes, 1.0);
+  folder.file("binary/cameras.bin", bytes);
+  folder.file("binary/images.bin", binary_images(cameras));
+  expect_same_views(cameras, read_cameras(folder / "binary").cameras);
 }
 
 TEST(CamerasJson, RoundTripKeepsTheViewsAndSaysWhatIsLost) {

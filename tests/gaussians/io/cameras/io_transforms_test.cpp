@@ -252,6 +252,50 @@ TEST(Transforms, MasksOfFramesAreIgnoredWithOneWarning) {
   EXPECT_NE(read.warnings[0].find("mask_path of 2 frames"), std::string::npos);
 }
 
+TEST(Transforms, FramesOfSeveralMomentsAreWarnedOf) {
+  const TemporaryFolder folder;
+  json file = one_frame();
+  file["frames"].push_back({{"file_path", "images/b.png"}, {"transform_matrix", identity()}});
+  const auto warned = [&] {
+    return json(read_transforms(folder.file("t.json", file.dump())).warnings).dump().find("of 2 moments") !=
+           std::string::npos;
+  };
+  EXPECT_FALSE(warned());
+  for (json& frame : file["frames"]) frame["time"] = 0.5;
+  EXPECT_FALSE(warned());
+  file["frames"][1]["time"] = 1;
+  EXPECT_TRUE(warned());
+}
+
+TEST(Transforms, AScaledCameraIsTheSamePose) {
+  const TemporaryFolder folder;
+  json file = one_frame();
+  file["frames"][0]["transform_matrix"] = {{0, -0.3, 0, 2}, {0.3, 0, 0, 3}, {0, 0, 0.3, 4}, {0, 0, 0, 1}};
+  const Camera scaled = read_transforms(folder.file("t.json", file.dump())).cameras.at(0);
+  file["frames"][0]["transform_matrix"] = {{0, -1, 0, 2}, {1, 0, 0, 3}, {0, 0, 1, 4}, {0, 0, 0, 1}};
+  const Camera plain = read_transforms(folder.file("t.json", file.dump())).cameras.at(0);
+  EXPECT_TRUE(scaled.cam_from_world.isApprox(plain.cam_from_world, 1e-12));
+}
+
+TEST(Transforms, PhotosThatDifferByTheirSuffixAloneTakeItIntoTheName) {
+  const TemporaryFolder folder;
+  json file = one_frame();
+  file["frames"].push_back({{"file_path", "./images\\a.jpg"}, {"transform_matrix", identity()}});
+  const auto path = folder.file("t.json", file.dump());
+  for (const bool photos : {false, true}) {
+    for (const char* name : {"images/a.png", "images/a.jpg"})
+      if (photos) write_image(folder / name, ImageF(640, 480, 3, 0.5f));
+    const std::vector<Camera> cameras = read_transforms(path).cameras;
+    ASSERT_EQ(cameras.size(), 2u);
+    EXPECT_EQ(cameras[0].name, "images_a_png");
+    EXPECT_EQ(cameras[1].name, "images_a_jpg");
+  }
+  // One photo under two names remains one photo.
+  fs::remove(folder / "images/a.jpg");
+  file["frames"][1]["file_path"] = "images/a";
+  expect_error(Failure::kInput, {"two frames"}, [&] { read_transforms(folder.file("t.json", file.dump())); });
+}
+
 TEST(Transforms, MalformedFilesNameFrameAndKey) {
   const TemporaryFolder folder;
   const auto refused = [&](Failure failure, const std::string& text, std::vector<std::string> words) {

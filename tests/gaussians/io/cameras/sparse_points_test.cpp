@@ -8,6 +8,7 @@
 
 #include "gaussians/base/lens.h"
 #include "gaussians/io/cameras/cameras.h"
+#include "gaussians/io/cameras/ply_points.h"
 #include "gaussians/io/cameras/transforms.h"
 #include "tests/gaussians/format_files.h"
 
@@ -301,11 +302,72 @@ TEST(SparsePoints, OfTransformsAreThePlyThatItNames) {
   EXPECT_TRUE(points.observations.empty());
   for (const auto& [bytes, word] : std::vector<std::pair<std::string, std::string>>{
            {header + "1 2 3 255 0 51\n4 5", "truncated"},
-           {header + "1 2 nan 255 0 51\n4 5 6 0 0 0\n", "vertex 0"},
            {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", "property y"}}) {
     folder.file("sparse.ply", bytes);
     expect_error(Failure::kInput, {"sparse.ply", word}, [&] { read_sparse_points(folder.path(), model.cameras_); });
   }
+}
+
+/// The points of a PLY with colors of this type.
+SparsePoints points_of_ply(const TemporaryFolder& folder, const std::string& type, const std::string& rows, int count) {
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count) + "\n";
+  for (const char* name : {"x", "y", "z"}) text += std::string("property float ") + name + "\n";
+  for (const char* name : {"red", "green", "blue"}) text += "property " + type + " " + name + "\n";
+  return read_ply_points(folder.file("p.ply", text + "end_header\n" + rows));
+}
+
+TEST(SparsePoints, ColorsOfEveryTypeAreTheSame) {
+  const TemporaryFolder folder;
+  const std::pair<const char*, const char*> cases[] = {
+      {"uchar", "51 255 0"}, {"ushort", "51 255 0"}, {"int", "51 255 0"},       {"ushort", "13107 65535 0"},
+      {"float", "0.2 1 0"},  {"float", "51 255 0"},  {"double", "51.0 255.0 0"}};
+  for (const auto& [type, color] : cases) {
+    const SparsePoints points = points_of_ply(folder, type, std::string("1 2 3 ") + color + "\n", 1);
+    EXPECT_LT((points.color.at(0) - Vec3f(0.2f, 1, 0)).norm(), 1e-6f) << type << " " << color;
+  }
+}
+
+TEST(SparsePoints, OfAPlyThatAreNotFiniteAreLeftOutAndCounted) {
+  const TemporaryFolder folder;
+  const SparsePoints points = points_of_ply(folder, "uchar", "1 2 nan 255 0 51\n4 5 6 0 255 0\n", 2);
+  ASSERT_EQ(points.position.size(), 1u);
+  EXPECT_EQ(points.position[0], Vec3f(4, 5, 6));
+  EXPECT_EQ(points.color[0], Vec3f(0, 1, 0));
+  ASSERT_EQ(points.warnings.size(), 1u);
+  EXPECT_NE(points.warnings[0].find("1 of 2 points"), std::string::npos);
+}
+
+TEST(SparsePoints, ThePathOfThePlyMayBeThatOfWindows) {
+  const TemporaryFolder folder;
+  points_of_ply(folder, "uchar", "1 2 3 0 0 0\n", 1);
+  std::filesystem::create_directories(folder / "sparse");
+  std::filesystem::rename(folder / "p.ply", folder / "sparse/p.ply");
+  write_transforms(folder / "transforms.json", Model().cameras_, folder / "sparse/p.ply");
+  nlohmann::json json = nlohmann::json::parse(std::ifstream(folder / "transforms.json"));
+  json["ply_file_path"] = ".\\sparse\\p.ply";
+  folder.file("transforms.json", json.dump());
+  EXPECT_EQ(read_sparse_points(folder.path(), Model().cameras_).position.size(), 1u);
+}
+
+TEST(SparsePoints, ObservationsOfPhotosThatDifferByTheirSuffixAreTheirOwn) {
+  const TemporaryFolder folder;
+  Model model;
+  model.photos_[0] = "shots/a.jpg";
+  model.photos_[1] = "shots/a.png";
+  model.write(folder, true);
+  std::vector<Camera> cameras = read_cameras(folder.path()).cameras;
+  ASSERT_EQ(cameras.size(), 2u);
+  EXPECT_EQ(cameras[1].name, "shots_a_png");
+  const SparsePoints points = read_sparse_points(folder.path(), cameras);
+  EXPECT_EQ(points.observations.size(), 5u);
+  EXPECT_LT(worst_reprojection(points, cameras), 2e-3);
+  // Of the two one alone is there.
+  Camera camera = cameras[1];
+  camera.name = "a";
+  camera.photo = "images/shots/a.png";
+  const SparsePoints alone = read_sparse_points(folder.path(), {camera});
+  EXPECT_EQ(alone.observations.size(), 2u);
+  EXPECT_LT(worst_reprojection(alone, {camera}), 2e-3);
 }
 
 }  // namespace

@@ -141,6 +141,14 @@ TEST(Ply, ColorsStandInForTheHarmonicsOfDegree0) {
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(cloud.sh[k], sh_of_color(color[k]), 1e-6);
     EXPECT_EQ(cloud.opacity_logit[0], 7);
   }
+  std::string wide = bytes;
+  for (int k = 0; k < 3; ++k) wide = replaced(wide, "uchar", "ushort");
+  for (const std::string& file :
+       {text + "1 2 3 0 51 255" + rest, wide + "1 2 3 0 51 255" + rest, wide + "1 2 3 0 13107 65535" + rest}) {
+    const GaussianCloud cloud = read_ply(folder.file("d.ply", file));
+    ASSERT_EQ(cloud.size(), 1u);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(cloud.sh[k], sh_of_color(k == 0 ? 0 : k == 1 ? 0.2f : 1), 1e-5);
+  }
   names.erase(std::find(names.begin(), names.end(), "opacity"));
   expect_error(Failure::kInput, {"not a 3DGS PLY"}, [&] { read_ply(folder.file("c.ply", ascii_ply(1, names))); });
 }

@@ -78,6 +78,18 @@ TEST(Sog, TheKeyOfTheSpecificationAndThatOfSplatTransformSayThatItIsAntialiased)
   }
 }
 
+TEST(Sog, MayBePackedWithItsFolder) {
+  const TemporaryFolder folder;
+  const GaussianCloud cloud = some_gaussians(50, 1);
+  Entries files = sog_files(cloud);
+  for (auto& [name, bytes] : files) name.insert(0, "scene/");
+  files.emplace_back("__MACOSX/scene/._meta.json", "");
+  expect_within_steps(cloud, read_splats(write_zip(folder / "a.sog", files)));
+  files.emplace_back("other/meta.json", "{}");
+  expect_error(Failure::kInput, {"meta.json", "is missing in the archive"},
+               [&] { read_splats(write_zip(folder / "a.sog", files)); });
+}
+
 TEST(Sog, ACodebookWithoutItsFirstValueIsContinued) {
   const TemporaryFolder folder;
   const GaussianCloud cloud = some_gaussians(20, 0);
