@@ -22,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kTrainedPerJudged = 90;             // objects of the training for one of each test family
+constexpr int kTrainedPerJudged = 270;            // objects of the training for one of each test family
 constexpr uint64_t kJudgedSeeds = 2'000'000'000;  // beyond those of training and validation
 
 json figures_of(const DistributionNetwork& network, int each) {

@@ -15,7 +15,7 @@ namespace pliant {
 constexpr int kMostMembers = 16;  ///< of an ensemble
 
 struct TrainDistributionOptions {
-  int objects = 2700;            ///< procedural, of the training families
+  int objects = 8100;            ///< procedural, of the training families
   int validation_objects = 400;  ///< of the validation families
   int members = 5;               ///< networks, trained one after the other from starts of their own
   int epochs = 6;                ///< of each member

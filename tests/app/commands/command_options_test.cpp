@@ -173,7 +173,7 @@ class CommandOptions : public testing::Test {
         {"render", "clip-fps", "60", images, true},
         {"render", "no-orbit", "", images, true},
         {"render", "frames", "", images, true},
-        {"render", "quiet", "", images},
+        {"render", "quiet", "", {"render", path("bare"), "--out", "OUT/images"}},  // a scene of which nothing is warned
         {"segment", "up", "0,1,1", segment},
         {"segment", "metres-per-unit", "2", segment},
         {"segment", "object-height", "2", segment},
