@@ -100,7 +100,10 @@ Scene attach_or_reconstruct(const Context& context, const CLI::App& command, Run
     refuse_unused(load, trained);
     stage.splats = trained.report.files;
     stage.level = load.level;
-    if (!trained.settings.background_file.empty() && stage.background.empty()) stage.background = {1, 1, 1};
+    if (!trained.settings.background_file.empty() && stage.background.empty()) {
+      const auto color = trained.settings.background_color();
+      stage.background = {color[0], color[1], color[2]};
+    }
   }
   if (untrained && load.antialiased)
     throw usage_error("--antialiased", "", "does nothing: the scene has no splats yet",

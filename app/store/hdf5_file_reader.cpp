@@ -168,12 +168,7 @@ std::vector<double> Hdf5Reader::numbers(const std::string& object, const std::st
 #define PLIANT_INSTANTIATE(T)                                                          \
   template std::vector<T> Hdf5Reader::dataset(const std::string&, const Shape&) const; \
   template void Hdf5Reader::slabs(const std::string&, const Shape&, const std::function<void(size_t, const T*)>&) const;
-PLIANT_INSTANTIATE(float)
-PLIANT_INSTANTIATE(double)
-PLIANT_INSTANTIATE(int32_t)
-PLIANT_INSTANTIATE(uint32_t)
-PLIANT_INSTANTIATE(int64_t)
-PLIANT_INSTANTIATE(uint8_t)
+PLIANT_FOR_HDF5_TYPES(PLIANT_INSTANTIATE)
 #undef PLIANT_INSTANTIATE
 
 }  // namespace pliant

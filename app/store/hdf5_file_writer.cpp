@@ -114,12 +114,7 @@ void write_hdf5(const fs::path& file, const std::function<void(Hdf5Writer&)>& bo
 #define PLIANT_INSTANTIATE(T)                                                    \
   template void Hdf5Writer::dataset(const std::string&, const T*, const Shape&); \
   template void Hdf5Writer::slabs(const std::string&, const Shape&, const std::function<const T*(size_t)>&);
-PLIANT_INSTANTIATE(float)
-PLIANT_INSTANTIATE(double)
-PLIANT_INSTANTIATE(int32_t)
-PLIANT_INSTANTIATE(uint32_t)
-PLIANT_INSTANTIATE(int64_t)
-PLIANT_INSTANTIATE(uint8_t)
+PLIANT_FOR_HDF5_TYPES(PLIANT_INSTANTIATE)
 #undef PLIANT_INSTANTIATE
 
 }  // namespace pliant

@@ -69,4 +69,8 @@ inline Shape slab_shape(Shape shape) {
   return shape;
 }
 
+/// Numbers that datasets are read and written as.
+#define PLIANT_FOR_HDF5_TYPES(apply) \
+  apply(float) apply(double) apply(int32_t) apply(uint32_t) apply(int64_t) apply(uint8_t)
+
 }  // namespace pliant
